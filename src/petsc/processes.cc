@@ -1,10 +1,15 @@
 #include "processes.h"
 
+#include <fcntl.h>
 #include <mpi.h>
 #include <petscsys.h>
 #include <signal.h>
+#include <unistd.h>
 
+#include <array>
 #include <chrono>
+#include <cstdlib>
+#include <filesystem>
 #include <thread>
 #include <utility>
 
@@ -24,6 +29,55 @@ MPI_Comm& failures() {
   return communicator;
 }
 
+// PETSc would take options from here, among them some that write files and load libraries.
+constexpr std::array kVariables{"PETSC_OPTIONS", "PETSC_OPTIONS_YAML"};
+constexpr std::array kFiles{".petscrc", "petscrc"};
+
+std::vector<std::string> settings_of_petsc() {
+  std::vector<std::string> names;
+  for (const char* name : kVariables) {
+    const char* text = std::getenv(name);
+    if (text != nullptr && *text != '\0') names.emplace_back(name);
+  }
+  const auto add_file = [&names](const std::string& path) {
+    std::error_code error;
+    if (std::filesystem::exists(path, error)) names.push_back(path);
+  };
+  for (const char* name : kFiles) add_file(name);
+  const char* home = std::getenv("HOME");
+  std::error_code error;
+  if (home != nullptr && !std::filesystem::equivalent(home, ".", error)) {
+    add_file(std::string(home) + "/" + kFiles[0]);
+  }
+  return names;
+}
+
+bool initialize() {
+  int provided = 0;
+  // The threads of loops do not call MPI.
+  if (MPI_Init_thread(nullptr, nullptr, MPI_THREAD_FUNNELED, &provided) != MPI_SUCCESS)
+    return false;
+  // PETSc keeps the pointers.
+  static char program[] = "tetraction-petsc";
+  static char no_files[] = "-skip_petscrc";
+  static std::array<char*, 3> words{program, no_files, nullptr};
+  static char** arguments = words.data();
+  static int count = 2;
+  return PetscInitialize(&count, &arguments, nullptr, nullptr) == 0;
+}
+
+// Foreign files may lie in the working directory, where PETSc, the transports of MPI (UCX) and others look for settings
+// while they start. They start in the root directory therefore.
+bool initialize_elsewhere() {
+  for (const char* name : kVariables) ::unsetenv(name);
+  const int here = ::open(".", O_PATH | O_DIRECTORY | O_CLOEXEC);
+  if (here < 0 || ::chdir("/") != 0) return false;
+  const bool is_started = initialize();
+  const bool is_back = ::fchdir(here) == 0;
+  ::close(here);
+  return is_started && is_back;
+}
+
 }  // namespace
 
 struct Processes::Pending {
@@ -32,14 +86,12 @@ struct Processes::Pending {
   MPI_Request request = MPI_REQUEST_NULL;
 };
 
-Processes::Processes() : pending_(std::make_unique<Pending>()) {
+Processes::Processes()
+    : pending_(std::make_unique<Pending>()), ignored_settings_(settings_of_petsc()) {
   // PETSc and MPI change what the program does about signals.
   struct sigaction closed_pipe {};
   sigaction(SIGPIPE, nullptr, &closed_pipe);
-  int provided = 0;
-  // The threads of loops do not call MPI.
-  if (MPI_Init_thread(nullptr, nullptr, MPI_THREAD_FUNNELED, &provided) != MPI_SUCCESS ||
-      PetscInitializeNoArguments() != 0) {
+  if (!initialize_elsewhere()) {
     throw NumericalError(
         "MPI or PETSc cannot be started: check the installation, or take one process "
         "with solver.engine = \"local\".");

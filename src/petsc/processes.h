@@ -4,6 +4,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <vector>
 
 namespace tetraction::petsc {
 
@@ -11,7 +12,8 @@ namespace tetraction::petsc {
 /// it starts and ends.
 class Processes {
  public:
-  /// Starts MPI and PETSc. Throws NumericalError if they cannot be started.
+  /// Starts MPI and PETSc, which read no settings of their own from the working directory and from variables for
+  /// PETSc. Throws NumericalError if they cannot be started.
   Processes();
   ~Processes();
   Processes(const Processes&) = delete;
@@ -20,6 +22,8 @@ class Processes {
   int rank() const { return rank_; }
   int count() const { return count_; }
   bool is_first() const { return rank_ == 0; }
+  /// Settings for PETSc that are there and were not read, such as "PETSC_OPTIONS" and ".petscrc".
+  const std::vector<std::string>& ignored_settings() const { return ignored_settings_; }
   /// How many of the processes are on this machine.
   int on_this_machine() const { return on_this_machine_; }
 
@@ -49,6 +53,7 @@ class Processes {
   // Of largest_of_last_call().
   struct Pending;
   std::unique_ptr<Pending> pending_;
+  std::vector<std::string> ignored_settings_;
   int rank_ = 0;
   int count_ = 1;
   int on_this_machine_ = 1;
