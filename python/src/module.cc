@@ -628,7 +628,10 @@ void define_analyses(py::module_& m) {
         };
         const Released released;
         const TetMesh mesh = session_mesh(scene, given);
-        if (!out.empty()) check_folder_of_study(scene, out);
+        if (!out.empty()) {
+          check_folder_of_study(scene, out);
+          check_folder_of_study(plan_study(scene, mesh, settings), out);
+        }
         check_placed_materials(*make_system(scene, mesh));
         const StudyResult result = run_study(scene, mesh, settings, observers, tell);
         if (!out.empty()) write_study(result, name, out, {"", utc_now()});

@@ -206,8 +206,8 @@ int check(const std::string& path, const std::vector<std::string>& overrides, bo
 
   if (as_json) {
     // The name of a file need not be UTF-8, which JSON must be.
-    print_result("{}\n",
-                 json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
+    write_json_result(json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) +
+                      "\n");
   } else {
     print_result("{}: the scene is valid\n\n", path);
     print_mesh_table(mesh, unused);
@@ -235,9 +235,9 @@ int check(const std::string& path, const std::vector<std::string>& overrides, bo
     if (limit.element >= 0) {
       print_result(
           "stability limit of {}: h_crit = {:.6g} s (omega_max = {:.6g} rad/s, most at element "
-          "{})\n",
+          "{}{})\n",
           rules_of_limit(*system, scene.time.integrator), limit.critical_step, limit.omega_max,
-          mesh.tetrahedron_id(limit.element));
+          mesh.tetrahedron_id(limit.element), damping_of_limit(limit));
     } else {
       print_result("stability limit of the explicit rules: none, because every vertex is held\n");
     }

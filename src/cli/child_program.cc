@@ -11,7 +11,7 @@
 
 namespace tetraction {
 
-bool run_child_program(std::vector<std::string> arguments) {
+int run_child_program(std::vector<std::string> arguments) {
   // Made before the fork, after which only few functions may be called.
   std::vector<char*> words;
   words.reserve(arguments.size() + 1);
@@ -19,7 +19,7 @@ bool run_child_program(std::vector<std::string> arguments) {
   words.push_back(nullptr);
   const pid_t parent = getpid();
   const pid_t pid = fork();
-  if (pid < 0) return false;
+  if (pid < 0) return -1;
   if (pid == 0) {
     prctl(PR_SET_PDEATHSIG, SIGKILL);
     if (getppid() != parent) _exit(1);  // it has ended already
@@ -31,9 +31,9 @@ bool run_child_program(std::vector<std::string> arguments) {
   }
   int status = 0;
   while (waitpid(pid, &status, 0) < 0) {
-    if (errno != EINTR) return false;
+    if (errno != EINTR) return -1;
   }
-  return WIFEXITED(status) && WEXITSTATUS(status) == 0;
+  return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
 }
 
 }  // namespace tetraction

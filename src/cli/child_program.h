@@ -7,8 +7,8 @@
 namespace tetraction {
 
 /// Starts a program, which is looked for on the PATH, with these arguments, and waits for its end.
-/// No shell sees them. The program is killed if this one ends before it. Returns whether it ended
-/// with exit code 0.
-bool run_child_program(std::vector<std::string> arguments);
+/// No shell sees them. The program is killed if this one ends before it. Returns its exit code, or −1 if it cannot be
+/// started or did not end by itself.
+int run_child_program(std::vector<std::string> arguments);
 
 }  // namespace tetraction

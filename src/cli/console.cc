@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <cstring>
 
+#include "core/printable_json.h"
 #include "core/quoting.h"
 
 namespace tetraction {
@@ -18,6 +19,12 @@ bool is_silent = false;
 
 void note_failure() {
   if (first_error == 0) first_error = errno != 0 ? errno : EIO;
+}
+
+void write_bytes(std::string_view bytes) {
+  if (is_silent) return;
+  errno = 0;
+  if (std::fwrite(bytes.data(), 1, bytes.size(), stdout) != bytes.size()) note_failure();
 }
 
 }  // namespace
@@ -38,9 +45,11 @@ void set_silent(bool silent) {
 }
 
 void write_result(std::string_view text) {
-  if (is_silent) return;
-  errno = 0;
-  if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size()) note_failure();
+  write_bytes(printable(text));
+}
+
+void write_json_result(std::string_view text) {
+  write_bytes(printable_json(text));
 }
 
 std::string lost_results() {

@@ -15,8 +15,11 @@ namespace tetraction {
 /// take its place and receive the printed text.
 void prepare_streams();
 
-/// Writes to standard output. Never throws; lost_results() reports text that could not be written.
+/// Writes text for people to standard output: printable() (core/quoting.h), because it may name files and quote foreign
+/// results. Never throws; lost_results() reports text that could not be written.
 void write_result(std::string_view text);
+/// The same for JSON.
+void write_json_result(std::string_view text);
 template <class... Args>
 void print_result(fmt::format_string<Args...> format, Args&&... args) {
   write_result(fmt::format(format, std::forward<Args>(args)...));

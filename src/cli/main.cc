@@ -97,8 +97,11 @@ int report(const CLI::App& app, const CLI::ParseError& error) {
     const std::string option = unknown->substr(0, unknown->find('='));
     const std::string_view near =
         tetraction::nearest_name(option.substr(2), {names.begin(), names.end()});
-    text = fmt::format("{} has no option {}{}", spoken_name(*command), option,
-                       near.empty() ? "." : fmt::format(": did you mean --{}?", near));
+    text = near == option.substr(2)
+               ? fmt::format("{0} is an option of {1}: write it behind that, as in {1} {0}.",
+                             option, spoken_name(*command))
+               : fmt::format("{} has no option {}{}", spoken_name(*command), option,
+                             near.empty() ? "." : fmt::format(": did you mean --{}?", near));
   }
   report(tetraction::kWrongInput, text);
   tetraction::print_progress(fmt::format("See {} --help.\n", spoken_name(*command)));

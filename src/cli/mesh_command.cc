@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 #include <array>
-#include <cctype>
 #include <filesystem>
 #include <memory>
 #include <string>
@@ -12,6 +11,7 @@
 
 #include "commands.h"
 #include "console.h"
+#include "io/mesh/mesh_files.h"
 #include "mesh_table.h"
 #include "scene_source.h"
 #include "tetraction/core/error.h"
@@ -33,26 +33,16 @@ void write_and_tell(const TetMesh& mesh, const std::string& path) {
   tell(mesh, path);
 }
 
-// The files of a mesh: TetGen's come in pairs.
-std::vector<fs::path> files_of(const std::string& name) {
-  const fs::path path(name);
-  std::string ending = path.extension().string();
-  for (char& c : ending) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  if (ending != ".node" && ending != ".ele") return {path};
-  return {path, fs::path(path).replace_extension(".node"),
-          fs::path(path).replace_extension(".ele")};
-}
-
 // Links and other spellings of a name are the same file.
 void refuse_to_overwrite(const std::string& in, const std::string& out) {
-  for (const fs::path& read : files_of(in)) {
-    for (const fs::path& written : files_of(out)) {
+  for (const std::string& read : files_of_mesh(in)) {
+    for (const std::string& written : files_of_mesh(out)) {
       std::error_code error;
       if (!fs::equivalent(read, written, error)) continue;
       throw InputError(
           fmt::format("{} is {}, which is being read and would be overwritten. Give the converted "
                       "mesh another name.",
-                      written.string(), read == written ? "the file" : read.string()));
+                      written, read == written ? "the file" : read));
     }
   }
 }
@@ -110,9 +100,9 @@ void add_info(CLI::App& parent) {
     const TetMesh mesh = read_mesh(*file, 1.0, unused);
     if (*json) {
       // Names of files and groups need not be UTF-8, which JSON must be.
-      print_result("{}\n",
-                   mesh_json(mesh, unused)
-                       .dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
+      write_json_result(
+          mesh_json(mesh, unused).dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) +
+          "\n");
     } else {
       print_mesh_table(mesh, unused);
     }

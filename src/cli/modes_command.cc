@@ -101,7 +101,7 @@ int compute_modes(const ModesArguments& arguments) {
   write_text_file(directory + "/summary.json", summary);
 
   if (arguments.json) {
-    write_result(summary);
+    write_json_result(summary);
   } else if (!arguments.quiet) {
     print_modes(modes, system->is_dissipative());
     if (static_cast<Index>(modes.modes.size()) < arguments.count) {

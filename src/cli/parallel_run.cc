@@ -196,7 +196,7 @@ int run_together(const SessionArguments& arguments, Inputs inputs, Processes& pr
   recorder.keep_checkpoints(session.scene().output.checkpoint_every);
   if (arguments.resume &&
       resume_together(session, recorder, inputs, arguments, processes) == Resumption::kComplete) {
-    if (arguments.json) write_result(read_summary(inputs.directory));
+    if (arguments.json) write_json_result(read_summary(inputs.directory));
     return 0;
   }
   const std::size_t told = session.warnings().size();
@@ -207,7 +207,7 @@ int run_together(const SessionArguments& arguments, Inputs inputs, Processes& pr
   }
   const RunStatus status = session.run(observers);
   if (arguments.json) {
-    write_result(recorder.summary());
+    write_json_result(recorder.summary());
   } else if (!arguments.quiet) {
     print_outcome(session, inputs.directory);
   }
@@ -224,6 +224,12 @@ int run_parallel(const SessionArguments& arguments, const char* label,
   // The processes of a machine share its cores.
   if (remembered_threads() == 0) {
     set_thread_count(std::max(1, thread_count() / processes.on_this_machine()));
+  }
+  if (!arguments.quiet && !processes.ignored_settings().empty()) {
+    print_note(
+        fmt::format("PETSc has settings that are ignored ({}): the scene alone says how its "
+                    "systems are solved.",
+                    fmt::join(processes.ignored_settings(), ", ")));
   }
   std::optional<Inputs> inputs;
   Processes::Failure failure =

@@ -5,7 +5,9 @@ files into STUDY_DIR. Plots over the step are as wide as a column of a journal, 
 wide as a page.
 """
 
+import contextlib
 import csv
+import io
 import json
 import logging
 import math
@@ -22,14 +24,19 @@ if len(sys.argv) == 2:
     sys.argv[1] = os.path.abspath(sys.argv[1])
     os.chdir("/")  # matplotlib takes settings from a file of the working folder
 
-import matplotlib  # noqa: E402
+try:
+    import matplotlib
 
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt  # noqa: E402
-import numpy as np  # noqa: E402
-from matplotlib.colors import to_hex, to_rgb  # noqa: E402
-from matplotlib.lines import Line2D  # noqa: E402
-from matplotlib.ticker import LogLocator, NullFormatter  # noqa: E402
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+    import numpy as np
+    from matplotlib.colors import to_hex, to_rgb
+    from matplotlib.lines import Line2D
+    from matplotlib.ticker import LogLocator, NullFormatter
+except (ImportError, OSError) as problem:  # OSError: there is no room for its caches
+    if __name__ != "__main__":
+        raise
+    sys.exit(f"plot_study: matplotlib cannot be used: {problem}")
 
 # Okabe and Ito's colours, which colour-blind readers tell apart. Markers are hollow and lines differ,
 # so that both of two curves that coincide can be seen.
@@ -49,6 +56,7 @@ COLUMN, PAGE = 3.5, 7.2  # widths of figures in inches
 MOST_POINTS = 600  # of a curve over time: more than a panel resolves
 EPSILON = 2.0**-52
 ENDINGS = ("png", "svg", "pdf")
+UNWRITABLE = 4  # exit status, as that of the program
 
 plt.rcParams.update(
     {
@@ -77,6 +85,10 @@ plt.rcParams.update(
 
 class Unusable(Exception):
     """The study cannot be plotted; the text says why."""
+
+
+class Unwritable(Unusable):
+    """A plot cannot be written."""
 
 
 def number(value):
@@ -256,17 +268,31 @@ def shade(color, rank, count):
     return to_hex([(1.0 - dark) * c for c in to_rgb(color)])
 
 
+def write_file(path, content):
+    """The file gets its name when it is complete. A link of that name is not followed."""
+    temporary = path + ".part"
+    try:
+        if os.path.lexists(temporary):
+            os.remove(temporary)
+        # Without a buffer nothing is left that Python would try to write at its end.
+        with open(temporary, "xb", buffering=0) as file:
+            rest = memoryview(content)
+            while rest:
+                rest = rest[file.write(rest) :]
+        os.replace(temporary, path)
+    except OSError as problem:
+        with contextlib.suppress(OSError):
+            os.remove(temporary)
+        raise Unwritable(f"{path}: cannot be written ({problem.strerror})") from problem
+
+
 def save(figure, folder, name):
     # No date, so that the same study gives the same files.
     extra = {"png": {}, "svg": {"Date": None}, "pdf": {"CreationDate": None, "ModDate": None}}
     for ending in ENDINGS:
-        path = os.path.join(folder, f"{name}.{ending}")
-        # The picture gets its name when it is complete. A link of that name is not followed.
-        temporary = path + ".part"
-        if os.path.lexists(temporary):
-            os.remove(temporary)
-        figure.savefig(temporary, format=ending, metadata=extra[ending])
-        os.replace(temporary, path)
+        content = io.BytesIO()
+        figure.savefig(content, format=ending, metadata=extra[ending])
+        write_file(os.path.join(folder, f"{name}.{ending}"), content.getvalue())
     plt.close(figure)
 
 
@@ -958,4 +984,5 @@ if __name__ == "__main__":
             raise Unusable("usage: plot_study.py STUDY_DIR")
         main(sys.argv[1])
     except (Unusable, OSError) as problem:
-        sys.exit(f"plot_study: {problem}")
+        print(f"plot_study: {problem}", file=sys.stderr)
+        sys.exit(UNWRITABLE if isinstance(problem, Unwritable) else 1)

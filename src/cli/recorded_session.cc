@@ -79,7 +79,7 @@ int run_recorded(const SessionArguments& arguments, const SessionMaker& make_ses
   if (arguments.has_checkpoints) recorder.keep_checkpoints(scene.output.checkpoint_every);
   if (arguments.resume && resume_run(session, recorder, directory, arguments.force,
                                      arguments.quiet) == Resumption::kComplete) {
-    if (arguments.json) write_result(read_summary(directory));
+    if (arguments.json) write_json_result(read_summary(directory));
     return 0;
   }
   const std::size_t told = session.warnings().size();
@@ -91,7 +91,7 @@ int run_recorded(const SessionArguments& arguments, const SessionMaker& make_ses
   const RunStatus status = session.run(observers);
 
   if (arguments.json) {
-    write_result(recorder.summary());
+    write_json_result(recorder.summary());
   } else if (!arguments.quiet) {
     print_outcome(session, directory);
   }

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "console.h"
+#include "io/text/foreign_json.h"
 #include "io/text/output_file.h"
 #include "tetraction/core/error.h"
 #include "tetraction/core/version.h"
@@ -20,7 +21,7 @@
 namespace tetraction {
 namespace {
 
-using SummaryJson = nlohmann::json;
+using Json = nlohmann::json;
 
 // The newest valid checkpoint. Those that are not valid are reported.
 std::optional<StoredCheckpoint> newest_checkpoint(const std::string& directory, bool only_regular) {
@@ -102,14 +103,14 @@ void require_forcible(const std::string& directory, const StoredCheckpoint& stor
       fixed.push_back(part);
     }
   }
-  const SummaryJson before = SummaryJson::parse(stored.inputs.scene, nullptr, false);
-  const SummaryJson now = SummaryJson::parse(session.scene().echo, nullptr, false);
-  const SummaryJson none = SummaryJson::array();
-  const SummaryJson events = before.is_object() ? before.value("event", none) : none;
-  const SummaryJson present = now.is_object() ? now.value("event", none) : none;
+  const Json before = parse_foreign_json(stored.inputs.scene);
+  const Json now = parse_foreign_json(session.scene().echo);
+  const Json& events = member_of(before, "event");
+  const Json& present = member_of(now, "event");
   const std::size_t made = stored.checkpoint.progress.next_event;
   for (std::size_t i = 0; i < made; ++i) {
-    if (i >= events.size() || i >= present.size() || events[i] != present[i]) {
+    const Json& event = entry_of(events, i);
+    if (event.is_null() || event != entry_of(present, i)) {
       fixed.push_back(fmt::format("event.{}, which was made", i));
     }
   }
@@ -145,7 +146,7 @@ std::string history_columns(const std::string& directory) {
 }
 
 // A command that was cut off has left no summary, but a history.
-void refuse_equilibrium(const std::string& directory, const SummaryJson& summary) {
+void refuse_equilibrium(const std::string& directory, const Json& summary) {
   const bool is_equilibrium = summary.is_object()
                                   ? summary.contains("equilibrium")
                                   : history_columns(directory).find(",max_displacement") !=
@@ -158,11 +159,11 @@ void refuse_equilibrium(const std::string& directory, const SummaryJson& summary
       directory));
 }
 
-bool has_same_mesh(const SummaryJson& summary, const MechanicalSystem& system) {
-  const SummaryJson before = summary.value("mesh", SummaryJson::object());
-  return before.value("vertices", SummaryJson()) == whole_vertex_count(system) &&
-         before.value("tetrahedra", SummaryJson()) == whole_tetrahedron_count(system) &&
-         before.value("volume", SummaryJson()) == system.mesh().total_volume();
+bool has_same_mesh(const Json& summary, const MechanicalSystem& system) {
+  const Json& before = member_of(summary, "mesh");
+  return member_of(before, "vertices") == whole_vertex_count(system) &&
+         member_of(before, "tetrahedra") == whole_tetrahedron_count(system) &&
+         member_of(before, "volume") == system.mesh().total_volume();
 }
 
 }  // namespace
@@ -174,7 +175,7 @@ std::string read_summary(const std::string& directory) {
 ResumePoint find_resume_point(const Session& session, const BodyIdentity& body,
                               const std::string& directory, bool force) {
   ResumePoint point;
-  const SummaryJson summary = SummaryJson::parse(read_summary(directory), nullptr, false);
+  const Json summary = parse_foreign_json(read_summary(directory));
   refuse_equilibrium(directory, summary);
   const Scene& scene = session.scene();
   const bool only_regular = scene.output.checkpoint_every > 0;
@@ -182,16 +183,21 @@ ResumePoint find_resume_point(const Session& session, const BodyIdentity& body,
   std::vector<std::string>& parts = point.changes;
   if (stored) parts = changes(*stored, inputs_of(session), body);
 
-  if (summary.is_object() && summary.value("status", SummaryJson()) == "ok") {
-    std::vector<std::string> since =
-        changed_keys(summary.value("scene", SummaryJson::object()).dump(), scene.echo);
+  const Index steps = index_or(member_of(summary, "steps"), -1);
+  const double time = number_or(member_of(summary, "time"), -1.0);
+  // What has no steps and no time is not the summary of a run.
+  if (member_of(summary, "status") == "ok" && steps >= 0 && time >= 0.0) {
+    const Json& before = member_of(summary, "scene");
+    std::vector<std::string> since = changed_keys(
+        before.is_object() ? before.dump(-1, ' ', false, Json::error_handler_t::replace) : "{}",
+        scene.echo);
     if (!has_same_mesh(summary, session.system())) since.emplace_back("the mesh");
     if (parts.empty()) parts = std::move(since);
     if (parts.empty()) {
       print_note(fmt::format(
           "{}: this run is complete already, with {} steps to t = {:.6g} s. To make it once more, "
           "start it without --resume.",
-          directory, summary.value("steps", Index{0}), summary.value("time", 0.0)));
+          directory, steps, time));
       point.resumption = Resumption::kComplete;
       return point;
     }

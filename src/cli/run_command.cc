@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cmath>
 #include <memory>
 #include <string>
 #include <utility>
@@ -9,6 +10,7 @@
 #include "commands.h"
 #include "console.h"
 #include "recorded_session.h"
+#include "scene_source.h"
 #include "tetraction/dynamics/whole_body.h"
 
 namespace tetraction {
@@ -61,8 +63,12 @@ void print_outcome(const Session& session, const std::string& directory) {
       whole_vertex_count(session.system()), whole_tetrahedron_count(session.system()),
       session.system().total_mass(), whole_freedom_count(session.system()),
       3 * whole_vertex_count(session.system()));
-  print_result("stability limit of the explicit rules: h_crit = {:.6g} s\n",
-               session.initial_limit().critical_step);
+  const StabilityLimit& limit = session.initial_limit();
+  print_result("stability limit of the explicit rules: {}{}\n",
+               std::isfinite(limit.critical_step)
+                   ? fmt::format("h_crit = {:.6g} s", limit.critical_step)
+                   : "none, because every vertex is held",
+               damping_of_limit(limit));
   print_result(
       "energy [J]: kinetic {:.6g}, elastic {:.6g}, environment {:.6g}, total {:.6g}; largest error "
       "{:.3g} of what entered\n",

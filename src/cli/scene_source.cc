@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+
 #include "tetraction/mesh/mesh_checks.h"
 
 namespace tetraction {
@@ -31,6 +33,17 @@ std::string mesh_remarks(const TetMesh& mesh, const std::vector<std::string>& un
   }
   for (const std::string& part : unused) add("not used: " + part);
   return text.empty() ? text : mesh.source + ": " + text;
+}
+
+std::string damping_of_limit(const StabilityLimit& limit) {
+  const double undamped = 2.0 / limit.omega_max;
+  // Lanczos iterations find omega_max to 1e-4.
+  if (!std::isfinite(undamped) || !(limit.critical_step < 0.999 * undamped)) return {};
+  return fmt::format(
+      "; the damping lowers it: without damping it would be 2/omega_max = {:.6g} s, and the "
+      "largest "
+      "damping rate is {:.6g} 1/s",
+      undamped, limit.damping_rate);
 }
 
 std::string damping_remarks(const Scene& scene) {

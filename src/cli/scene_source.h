@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "tetraction/dynamics/stability.h"
 #include "tetraction/mesh/tet_mesh.h"
 #include "tetraction/simulation/scene.h"
 
@@ -16,5 +17,8 @@ std::string mesh_remarks(const TetMesh& mesh, const std::vector<std::string>& un
 /// One line that says what mass damping and viscosity the scene's damping.ratio gives, and what
 /// damping ratios they have in shear, bending and changes of volume. Empty without damping.ratio.
 std::string damping_remarks(const Scene& scene);
+
+/// Why the limit is smaller than 2/omega_max, "; the damping lowers it: …". Empty if it is not.
+std::string damping_of_limit(const StabilityLimit& limit);
 
 }  // namespace tetraction

@@ -26,6 +26,7 @@
 #include "io/results/study_row_file.h"
 #include "io/text/output_file.h"
 #include "plot_study_script.h"
+#include "program_failure.h"
 #include "progress_bar.h"
 #include "scene_source.h"
 #include "simulation/parallel_features.h"
@@ -64,12 +65,15 @@ struct StudyArguments {
   bool resume = false;
 };
 
-// Draws the plots with matplotlib. If this fails, the study is still complete.
-bool draw_plots(const std::string& directory) {
+// Draws the plots with matplotlib. Returns why there are none, or an empty text. The study is complete without them.
+std::string draw_plots(const std::string& directory) {
   // Debian's own python3 first: another one on the PATH does not have Debian's matplotlib.
   const char* python = std::filesystem::exists("/usr/bin/python3") ? "/usr/bin/python3" : "python3";
   // Isolated: else a csv.py or json.py in the working folder would run in place of Python's own.
-  return run_child_program({python, "-I", "-c", kPlotStudyScript, directory});
+  const int code = run_child_program({python, "-I", "-c", kPlotStudyScript, directory});
+  if (code == 0) return {};
+  return code == kCannotWrite ? "their files cannot be written"
+                              : "python3 and python3-matplotlib are not installed";
 }
 
 // SOLVER@STEP.
@@ -167,25 +171,34 @@ std::string of_jobs(int jobs) {
       jobs <= cores ? fmt::format(". With --threads {} they would.", cores / jobs) : "");
 }
 
-// How to see the motion of the first of the runs with frames that was made.
-std::string advice_to_look(const std::string& directory, const std::vector<std::string>& frames) {
+// The runs that reached the end.
+std::set<std::string> finished_runs(const StudyResult& result) {
+  std::set<std::string> names;
+  const auto add = [&names](const std::string& run, RunStatus status) {
+    if (status == RunStatus::kFinished) names.insert(run);
+  };
+  add(result.reference_directory, result.reference_status);
+  for (const VariantReference& reference : result.references) {
+    add(reference.directory, reference.status);
+  }
+  for (const StudyRow& row : result.rows) add(row.directory, row.status);
+  return names;
+}
+
+// How to see the motion of the first of the runs with frames that reached the end, or else of one that did not.
+std::string advice_to_look(const StudyResult& result, const std::string& directory,
+                           std::vector<std::string> frames) {
+  const std::set<std::string> finished = finished_runs(result);
+  std::stable_partition(frames.begin(), frames.end(),
+                        [&](const std::string& run) { return finished.contains(run); });
   for (const std::string& run : frames) {
     const std::string folder = fmt::format("{}/{}", directory, run);
     if (!std::filesystem::exists(folder + "/frames.pvd")) continue;
     return fmt::format(
-        "to see the motion: open {0}/frames.pvd in ParaView, or: tetraction view {0}\n", folder);
+        "to see the motion{1}: open {0}/frames.pvd in ParaView, or: tetraction view {0}\n", folder,
+        finished.contains(run) ? "" : " of a run that did not reach the end");
   }
   return {};
-}
-
-// The folders of all runs.
-std::set<std::string> run_names(const StudyPlan& plan) {
-  std::set<std::string> names;
-  for (const PlannedReference& reference : plan.references) {
-    for (const PlannedRun& run : reference.runs) names.insert(run.directory);
-  }
-  for (const PlannedRun& run : plan.runs) names.insert(run.directory);
-  return names;
 }
 
 // Says which runs were complete and have lost their folders since.
@@ -231,10 +244,7 @@ int study(const StudyArguments& arguments) {
   const std::string directory = output_directory(scene, arguments.out, arguments.overrides);
   require_local_engine(scene);
   check_folder_of_study(scene, directory);
-  for (const StudyVariant& variant : settings.variants) {
-    require_local_engine(variant.scene);
-    check_folder_of_study(variant.scene, directory);
-  }
+  for (const StudyVariant& variant : settings.variants) require_local_engine(variant.scene);
   std::vector<std::string> unused;
   const std::shared_ptr<const TetMesh> first_mesh =
       settings.variants.empty() ? std::make_shared<const TetMesh>(read_scene_mesh(scene, unused))
@@ -263,6 +273,7 @@ int study(const StudyArguments& arguments) {
     }
   }
   const StudyPlan plan = plan_study(scene, mesh, settings);
+  check_folder_of_study(plan, directory);
   const std::vector<std::string> frames = runs_with_frames(arguments.frames, plan);
   if (!arguments.quiet) {
     print_note(of_reference(plan));
@@ -361,23 +372,23 @@ int study(const StudyArguments& arguments) {
   // Whoever interrupts a study does not want to wait for pictures of a part of it.
   const bool stopped = result.is_interrupted || InterruptGuard::interrupted();
   const bool plots = !arguments.no_plots && !stopped;
-  const bool plotted = plots && draw_plots(directory);
+  const std::string missing = plots ? draw_plots(directory) : "";
+  const bool plotted = plots && missing.empty();
   write_study_page(result, name, directory, provenance,
                    plotted   ? ""
                    : stopped ? "The plots were not drawn, because the study was interrupted."
-                   : arguments.no_plots
-                       ? "The plots were left out with --no-plots."
-                       : "The plots were not drawn: python3 and python3-matplotlib are not "
-                         "installed.");
+                   : arguments.no_plots ? "The plots were left out with --no-plots."
+                                        : "The plots were not drawn: " + missing + ".");
   if (arguments.json) {
-    write_result(study_json(result, name, provenance));
+    write_json_result(study_json(result, name, provenance));
   } else if (!arguments.quiet) {
     write_result(study_table(result));
     print_result("\nresults: {0}/study.html, {0}/study.csv, {0}/study.json{1}\n{2}", directory,
-                 plotted ? ", plots (*.png, *.svg, *.pdf)" : "", advice_to_look(directory, frames));
+                 plotted ? ", plots (*.png, *.svg, *.pdf)" : "",
+                 advice_to_look(result, directory, frames));
   }
   if (plots && !plotted) {
-    print_warning("the plots were not drawn: install python3 and python3-matplotlib");
+    print_warning("the plots were not drawn: " + missing);
   } else if (stopped && !arguments.no_plots && !arguments.quiet) {
     print_note(
         "the plots were not drawn, because the study was interrupted: the same command with "

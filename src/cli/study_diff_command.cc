@@ -49,7 +49,11 @@ void add_study_diff_command(CLI::App& study, int& exit_code) {
     refuse_options_of_study(study);
     const StudyDiff diff =
         diff_studies(read_study_file(arguments->a), read_study_file(arguments->b));
-    write_result(arguments->json ? study_diff_json(diff) : study_diff_table(diff));
+    if (arguments->json) {
+      write_json_result(study_diff_json(diff));
+    } else {
+      write_result(study_diff_table(diff));
+    }
     exit_code = 0;
   });
 }

@@ -5,19 +5,22 @@
 #include <algorithm>
 #include <iterator>
 
+#include "printable_json.h"
+
 namespace tetraction {
 namespace {
 
 struct Character {
   std::size_t bytes = 1;
   bool harmless = false;
+  unsigned code = 0;  // 0 also of bytes that are not UTF-8
 };
 
 // The UTF-8 character at the beginning of a text that is not empty. Wrong bytes count one by one.
 Character first_character(std::string_view text) {
   const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
   const unsigned first = byte(0);
-  if (first < 0x80) return {1, first >= 0x20 && first != 0x7F};
+  if (first < 0x80) return {1, first >= 0x20 && first != 0x7F, first};
   const std::size_t bytes = first >= 0xF0 ? 4 : first >= 0xE0 ? 3 : 2;
   if (first < 0xC2 || first > 0xF4 || text.size() < bytes) return {};
   unsigned code = first & (0x7FU >> bytes);
@@ -32,7 +35,7 @@ Character first_character(std::string_view text) {
   const bool line_break = code == 0x2028 || code == 0x2029;
   const bool direction = code == 0x200E || code == 0x200F || (code >= 0x202A && code <= 0x202E) ||
                          (code >= 0x2066 && code <= 0x2069);
-  return {bytes, !control && !line_break && !direction};
+  return {bytes, !control && !line_break && !direction, code};
 }
 
 void append_escaped(std::string& result, std::string_view bytes) {
@@ -53,6 +56,23 @@ std::string printable(std::string_view text) {
       result += bytes;
     } else {
       append_escaped(result, bytes);
+    }
+    text.remove_prefix(next.bytes);
+  }
+  return result;
+}
+
+std::string printable_json(std::string_view text) {
+  std::string result;
+  result.reserve(text.size());
+  while (!text.empty()) {
+    const Character next = first_character(text);
+    const std::string_view bytes = text.substr(0, next.bytes);
+    const bool is_space = bytes == "\n" || bytes == "\t" || bytes == "\r";
+    if (next.harmless || is_space || next.code == 0) {
+      result += bytes;
+    } else {
+      fmt::format_to(std::back_inserter(result), "\\u{:04x}", next.code);
     }
     text.remove_prefix(next.bytes);
   }

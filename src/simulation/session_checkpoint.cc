@@ -1,6 +1,7 @@
 // Checkpoints of a session: everything that its run needs to go on, bit by bit.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <optional>
@@ -116,6 +117,16 @@ void Session::Impl::require_own(const Checkpoint& checkpoint) {
         fmt::format("The checkpoint belongs to another scene: {} of its events were made, and this "
                     "scene has {}.",
                     checkpoint.progress.next_event, scene.event.size()));
+  }
+  // Energies are summed by their places.
+  const auto has_own_energies = [&](const Energies& energies) {
+    return std::ranges::equal(energies.entries(), balance->sums().energies.entries(), {},
+                              &Energies::Entry::name, &Energies::Entry::name);
+  };
+  if (!has_own_energies(checkpoint.balance.initial_energies) ||
+      !has_own_energies(checkpoint.balance.energies)) {
+    throw InputError(
+        "The checkpoint belongs to another scene: it has other energies than this session.");
   }
   const bool is_finite = state.position.allFinite() && state.momentum.allFinite();
   if (!everywhere(system->part(), is_finite) || !std::isfinite(state.time)) {

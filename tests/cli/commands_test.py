@@ -7,6 +7,7 @@ import csv
 import itertools
 import json
 import os
+import shutil
 import subprocess
 import sys
 import time
@@ -532,6 +533,70 @@ class Overwriting(CliTest):
         self.assertIn("overwritten", self.refused(2, "run", again, "--out", "first", *frame))
         self.assertEqual(files_below(self.path("first")), before)
         self.run_program("run", again, "--out", "second", "--quiet")
+
+    def test_no_input_is_overwritten_whatever_its_name(self):
+        body = BEAM.replace('generate = { kind = "beam", size = [4, 1, 1], cells = [8, 2, 2] }',
+                            'file = "%s"')  # fmt: skip
+        self.run_program("mesh", "generate", "beam", "beam.vtu", "--cells", "8,2,2", "--size", "4,1,1")
+        self.run_program("mesh", "convert", "beam.vtu", "beam.node")
+        table = "0,0\n1,1\n"
+        ramp = '[[amplitude]]\nname = "ramp"\nfile = "%s"\n'
+        field = '[initial.displacement]\nfile = "%s"\n'
+        plain = body % "beam.vtu"
+        results = ["final.vtu", "failed_elements.vtu", "frames/frame_000003.vtu", "mode_1.vtu",
+                   "swing/mode_1_00.vtu", "midpoint-0.05/final.vtu"]  # fmt: skip
+        cases = [(body % ("out/" + name), "beam.vtu", name) for name in results]
+        cases += [(plain + ramp % ("out/" + name), table, name) for name in
+                  ("history.csv", "probes.csv", "summary.json", "frames.pvd", "history.csv.part", ".lock",
+                   "checkpoints/step_000000001.ckpt")]  # fmt: skip
+        cases += [(plain + field % "out/final.vtu", table, "final.vtu")]
+        for scene, source, name in cases:
+            commands = [["run"], ["static"], ["modes"],
+                        ["study", "--steps", "0.025,0.05", "--integrators", "midpoint"]]  # fmt: skip
+            if "midpoint" in name:
+                commands = commands[-1:]
+            for command in commands:
+                with self.subTest(name, command=command[0]):
+                    shutil.rmtree(self.path("out"), ignore_errors=True)
+                    os.makedirs(os.path.dirname(self.path("out", name)))
+                    if source == "beam.vtu":
+                        shutil.copy(self.path(source), self.path("out", name))
+                    else:
+                        self.write(os.path.join("out", name), source)
+                    before = files_below(self.path("out"))
+                    message = self.refused(2, command[0], self.write("s.toml", scene), "--out", "out",
+                                           *command[1:])  # fmt: skip
+                    self.assertIn("would be overwritten or deleted", message)
+                    self.assertIn(name, message)
+                    self.assertEqual(files_below(self.path("out")), before)
+
+    def test_the_same_file_under_another_name(self):
+        self.run_program("mesh", "generate", "beam", "beam.node", "--cells", "4,1,1", "--size", "4,1,1")
+        scene = self.write("beam.toml", BEAM.replace(
+            'generate = { kind = "beam", size = [4, 1, 1], cells = [8, 2, 2] }', 'file = "beam.node"'))  # fmt: skip
+        for source in ("beam.toml", "beam.node", "beam.ele"):
+            with self.subTest(source):
+                os.makedirs(self.path("out"), exist_ok=True)
+                os.link(self.path(source), self.path("out", "history.csv"))
+                self.assertIn("would be overwritten", self.refused(2, "run", scene, "--out", "out"))
+                shutil.rmtree(self.path("out"))
+        # The link is the input, and would be replaced.
+        os.makedirs(self.path("out"))
+        os.symlink(scene, self.path("out", "summary.json"))
+        self.assertIn("would be overwritten",
+                      self.refused(2, "run", "out/summary.json", "--out", "out"))  # fmt: skip
+        # This link is not: it is replaced, and what it names stays.
+        with open(scene, encoding="utf-8") as file:
+            before = file.read()
+        self.run_program("run", scene, "--out", "out", "--quiet")
+        self.assertFalse(os.path.islink(self.path("out", "summary.json")))
+        with open(scene, encoding="utf-8") as file:
+            self.assertEqual(file.read(), before)
+        # Inputs beside the results, with names that no result has.
+        shutil.copy(scene, self.path("out", "scene.toml"))
+        for ending in (".node", ".ele"):
+            shutil.copy(self.path("beam" + ending), self.path("out"))
+        self.run_program("run", "out/scene.toml", "--out", "out", "--quiet")
 
     def test_a_study_replaces_an_earlier_one(self):
         scene = self.write("beam.toml", BEAM)

@@ -386,6 +386,12 @@ class Lock(EndingTest):
         os.remove(self.path("out", ".lock"))
         os.symlink(self.path("beam.toml"), self.path("out", ".lock"))
         self.assertIn(".lock", self.refused(4, "run", "beam.toml", "--out", "out"))
+        os.remove(self.path("out", ".lock"))
+        self.write("mine", "not to be emptied")
+        os.link(self.path("mine"), self.path("out", ".lock"))
+        self.assertIn(".lock", self.refused(4, "run", "beam.toml", "--out", "out"))
+        with open(self.path("mine")) as file:
+            self.assertEqual(file.read(), "not to be emptied")
         with open(self.path("beam.toml")) as file:
             self.assertEqual(file.read(), BEAM + PROBES)
 

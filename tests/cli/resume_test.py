@@ -13,6 +13,7 @@ import subprocess
 import sys
 import time
 import unittest
+import zlib
 
 from cli_test import CliTest
 from kill_and_resume import Runs, results_of, ways
@@ -172,6 +173,59 @@ class Resuming(ResumeTest):
         self.assertIn("have changed since: material.youngs_modulus.",
                       self.refused(2, "run", scene, "--out", "out", "--resume", "--set",
                                    "material.youngs_modulus=2e6"))  # fmt: skip
+
+    def test_a_summary_that_anybody_may_have_written(self):
+        scene = self.scene(steps=200)
+        self.run_program("run", scene, "--out", "out", "--quiet")
+        path = self.path("out", "summary.json")
+        with open(path, encoding="utf-8") as file:
+            whole = json.load(file)
+        nested = "[" * 200000 + "]" * 200000
+        texts = [nested, '{"status": "ok", "scene": ' + nested + "}", "{", "\x00", "[]", "3",
+                 json.dumps({"status": "ok"})]  # fmt: skip
+        # A summary without the number of its steps or without its time is none of a complete run.
+        texts += [json.dumps({**whole, key: value}) for key in ("steps", "time")
+                  for value in (1e300, -1, "x", None, [], {}) if (key, value) != ("time", 1e300)]  # fmt: skip
+        texts += [json.dumps({**whole, key: value}) for key in ("status", "equilibrium")
+                  for value in (1e300, "x", None, [], {})]  # fmt: skip
+        for text in texts:
+            with self.subTest(text[:60]):
+                with open(path, "w", encoding="utf-8") as file:
+                    file.write(text)
+                result = subprocess.run([PROGRAM, "run", scene, "--out", "out", "--resume"],
+                                        cwd=self.folder, capture_output=True, text=True)  # fmt: skip
+                self.assertIn(result.returncode, (0, 2), result.stderr)
+                self.assertNotIn("unexpected", result.stderr)
+                self.assertNotIn("complete already", result.stderr)
+        for key, value in (("scene", 3), ("scene", None), ("mesh", "x"), ("mesh", {"vertices": []})):
+            with self.subTest(key, value=value):
+                with open(path, "w", encoding="utf-8") as file:
+                    json.dump({**whole, key: value}, file)
+                self.assertIn("have changed since",
+                              self.refused(2, "run", scene, "--out", "out", "--resume"))  # fmt: skip
+
+    def test_a_forged_checkpoint_with_a_deep_scene(self):
+        scene = self.scene()
+        self.kill(scene)
+        newest = self.checkpoints()[-1]
+        with open(newest, "rb") as file:
+            content = file.read()
+        place = content.index(b'{"')  # the scene, after its length
+        length = int.from_bytes(content[place - 8 : place], "little")
+        self.assertEqual(content[place + length - 1 : place + length], b"}")
+        for text in (b'{"event":' + b"[" * 200000 + b"]" * 200000 + b"}", b'{"event":{"a":1}}', b"{}"):
+            with self.subTest(text[:20]):
+                forged = (content[: place - 8] + len(text).to_bytes(8, "little") + text
+                          + content[place + length : -8])  # fmt: skip
+                size = forged.index(b"\n") + 1 + 8  # after the name, the format and the byte order
+                forged = (forged[:size] + (len(forged) - size - 8).to_bytes(8, "little")
+                          + forged[size + 8 :])  # fmt: skip
+                forged += zlib.crc32(forged).to_bytes(8, "little")
+                with open(newest, "wb") as file:
+                    file.write(forged)
+                for force in ([], ["--force"]):
+                    message = self.refused(2, "run", scene, "--out", "out", "--resume", *force)
+                    self.assertIn("the run cannot go on, because its inputs have changed", message)
 
     def test_results_of_an_equilibrium_are_refused(self):
         scene = self.scene(steps=200)

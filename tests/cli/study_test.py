@@ -1083,6 +1083,45 @@ class Diff(StudyTest):
             self.write("broken.json", text)
             self.assertIn(part, self.refused(3, "study", "diff", "a", "broken.json"))
 
+    def test_texts_of_foreign_studies_do_not_reach_the_terminal_raw(self):
+        self.make("a", "--integrators", "midpoint", "--steps", "5e-3,1e-2")
+        with open(self.path("a", "study.json")) as file:
+            whole = json.load(file)
+        bad = "\x1b[31m\x07\u009b2J\u202ered\r\x7f"
+        forged = json.loads(json.dumps(whole))
+        for key in ("version", "command", "date", "scene"):
+            forged[key] = bad
+        forged["error"] = "probe." + bad
+        forged["reference"]["integrator"] = bad
+        for i, run in enumerate(forged["runs"]):
+            run.update(variant=bad, solver=bad, processor=bad)
+            if i == 0:
+                run["integrator"] = bad
+        self.write("forged.json", json.dumps(forged))
+        for arguments in (("a", "forged.json"), ("forged.json", "a"), ("forged.json", "forged.json")):
+            for option in ([], ["--json"]):
+                text = self.run_program("study", "diff", *arguments, *option).stdout
+                for raw in "\x1b\x07\u009b\u202e\r\x7f":
+                    self.assertNotIn(raw, text)
+                self.assertIn("[31m", text)
+        # As JSON it is the same text.
+        diff = json.loads(self.run_program("study", "diff", "forged.json", "a", "--json").stdout)
+        self.assertEqual(diff["a"]["scene"], bad)
+
+    def test_nested_deep(self):
+        self.make("a", "--integrators", "midpoint", "--steps", "5e-3")
+        nested = "[" * 200000 + "]" * 200000
+        self.write("deep.json", '{"runs": ' + nested + "}")
+        self.assertIn("not the study.json", self.refused(3, "study", "diff", "a", "deep.json"))
+        row = self.path("a", "midpoint-0.005", "study_row.json")
+        for text in (nested, '{"inputs": ' + nested + "}", '{"row": ' + nested + "}"):
+            for path in (row, self.path("a", "study.json"), self.path("a", "midpoint-0.005", "summary.json")):
+                with open(path, "w", encoding="utf-8") as file:
+                    file.write(text)
+            result = self.run_program("study", self.path("beam.toml"), "--out", "a", *self.GRID,
+                                      "--integrators", "midpoint", "--steps", "5e-3", "--resume")  # fmt: skip
+            self.assertNotIn("unexpected", result.stderr)
+
     def test_damaged_members(self):
         self.make("a", "--integrators", "midpoint", "--steps", "5e-3")
         with open(self.path("a", "study.json")) as file:

@@ -4,13 +4,18 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <bit>
+#include <cstdint>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <string>
 #include <vector>
 
+#include "io/text/check_sum.h"
 #include "support/corner_scenes.h"
 #include "support/same_run.h"
 #include "support/temporary_folder.h"
@@ -299,6 +304,66 @@ TEST_F(CheckpointFile, NoDamageGoesUnnoticed) {
   }
   EXPECT_NE(refusal([&] { checkpoint_from_bytes(bytes + "x", "x"); }), "accepted");
   EXPECT_NE(refusal([&] { checkpoint_from_bytes(bytes + bytes, "x"); }), "accepted");
+}
+
+// The bytes with another word of eight bytes in one place, and with the check sum of a whole file.
+std::string forged(std::string bytes, std::size_t place, std::uint64_t word) {
+  std::memcpy(bytes.data() + place, &word, sizeof word);
+  const std::uint64_t sum =
+      check_sum(std::string_view(bytes).substr(0, bytes.size() - sizeof(std::uint64_t)));
+  std::memcpy(bytes.data() + bytes.size() - sizeof sum, &sum, sizeof sum);
+  return bytes;
+}
+
+// A file with any number in any place is refused, or the run goes on with finite numbers.
+TEST_F(CheckpointFile, ForgedNumbersAreRefused) {
+  for (const std::string& rule : {std::string("integrator = \"midpoint\"\nstep = 1e-3"),
+                                  std::string("integrator = \"verlet\"\nstep = \"auto\"")}) {
+    write_text_file(path("small.toml"),
+                    "[mesh]\ngenerate = { kind = \"tetrahedron\" }\n"
+                    "[material]\nyoungs_modulus = 1e6\npoissons_ratio = 0.4\n[time]\n" +
+                        rule +
+                        "\nend = 1.0\n[damping]\nviscosity = 1.0\n"
+                        "[environment]\nkind = \"gravity\"\n"
+                        "[[fix]]\nselect = { vertices = [0] }\n"
+                        "[[constraint]]\nkind = \"distance\"\nvertices = [1, 2]\n"
+                        "[[constraint]]\nkind = \"plane\"\nselect = { vertices = [3] }\n"
+                        "normal = [0, 0, 1]\n"
+                        "[[event]]\nat = 1e-9\nset = { \"environment.strength\" = 5.0 }\n");
+    const Scene scene = read_scene(path("small.toml"));
+    auto session = session_of(scene);
+    for (int k = 0; k < 3; ++k) ASSERT_TRUE(session->step());
+    const std::string bytes = checkpoint_bytes(stored_now(*session));
+    const auto bits = [](double value) { return std::bit_cast<std::uint64_t>(value); };
+    const double huge = std::numeric_limits<double>::max();
+    const std::vector<std::uint64_t> words{bits(std::numeric_limits<double>::quiet_NaN()),
+                                           bits(std::numeric_limits<double>::infinity()),
+                                           bits(huge),
+                                           bits(-1.0),
+                                           0,
+                                           1,
+                                           1000000,
+                                           std::uint64_t{1} << 62,
+                                           ~std::uint64_t{0}};
+    const std::size_t begin = bytes.find('\n') + 1 + 16;  // after the format and the size
+    // Texts have any length, so that a number may begin at any byte; their places have a period of eight.
+    for (std::size_t place = begin; place + 16 <= bytes.size(); ++place) {
+      for (const std::uint64_t word : words) {
+        const std::string file = forged(bytes, place, word);
+        try {
+          Checkpoint checkpoint = checkpoint_from_bytes(file, "x").checkpoint;
+          complete_settings(checkpoint, scene);
+          auto own = session_of(scene);
+          checkpoint.body = own->checkpoint().body;
+          own->restore(checkpoint);
+          for (int k = 0; k < 2; ++k) own->step();
+          EXPECT_TRUE(own->state().position.allFinite()) << place;
+        } catch (const FileError&) {
+        } catch (const InputError&) {
+        }
+      }
+    }
+  }
 }
 
 TEST_F(CheckpointFile, UnreadableFilesAreNamed) {

@@ -1018,6 +1018,31 @@ points = [[0.0, 0.0], [0.05, 1.0]]
         _, done = self.run_scene(scene, 3, code=2)
         self.assert_one_message(done, distance.splitlines()[0])
 
+    def test_nothing_of_the_working_directory_is_read_or_loaded(self):
+        # Options with which PETSc writes files.
+        for name in (".petscrc", "petscrc"):
+            self.write(name, f"-log_view :{self.path('from' + name)}\n")
+        environment = {**ENVIRONMENT, "PETSC_OPTIONS": f"-log_view :{self.path('from_variable')}",
+                       "PETSC_OPTIONS_YAML": f"log_view: ':{self.path('from_yaml')}'"}
+        # Files that the loader would take for libraries of the program.
+        engine = os.path.join(os.path.dirname(PROGRAM), "tetraction-petsc")
+        needed = subprocess.run(["ldd", engine], capture_output=True, text=True, check=True).stdout
+        for name in re.findall(r"^\s*(lib\S+) =>", needed, re.MULTILINE):
+            self.write(name, "no library")
+        scene = self.scene()
+        before = set(os.listdir(self.folder))
+        for processes in (None, 2):
+            with self.subTest(processes=processes):
+                command = [PROGRAM, "run", scene, "--out", "out", "--set", 'solver.engine="petsc"']
+                if processes is not None:
+                    command = [MPIRUN, "-n", str(processes), *command]
+                done = subprocess.run(command, capture_output=True, text=True, cwd=self.folder,
+                                      env=environment)
+                self.assertEqual(done.returncode, 0, done.stderr)
+                self.assertEqual(set(os.listdir(self.folder)) - before, {"out"})
+                self.assertEqual(done.stderr.count("settings that are ignored"), 1, done.stderr)
+                self.assertIn("(PETSC_OPTIONS, PETSC_OPTIONS_YAML, .petscrc, petscrc", done.stderr)
+
     def test_bad_input_in_one_process_ends_all(self):
         # Two targets for vertices that only some processes have.
         scene = self.scene("""

@@ -35,7 +35,8 @@ struct StoredCheckpoint;
 ///
 /// From on_start() to on_finish() no other recorder can write into the directory
 /// (lock_directory()). Files of an earlier run are replaced, links by files; `frames` must not be a
-/// link.
+/// link. on_start() throws InputError, before anything is written, if one of these files is an input of the
+/// session: its scene, its mesh, or a table.
 class RunRecorder : public Observer, public CheckpointObserver {
  public:
   RunRecorder(std::string directory, int frame_every);

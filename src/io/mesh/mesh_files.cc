@@ -30,4 +30,20 @@ std::string mesh_ending(const std::string& path, const char* done) {
   return ending;
 }
 
+std::vector<std::string> files_of_mesh(const std::string& path) {
+  std::vector<std::string> files{path};
+  const std::filesystem::path name(path);
+  const std::string ending = name.extension().string();
+  const auto add = [&](const char* other) {
+    files.push_back(std::filesystem::path(name).replace_extension(other).string());
+  };
+  if (ending == ".node" || ending == ".ele") {
+    for (const char* other : {".node", ".ele", ".face"}) add(other);
+  }
+  if (ending == ".NODE" || ending == ".ELE") {
+    for (const char* other : {".NODE", ".ELE", ".FACE"}) add(other);
+  }
+  return files;
+}
+
 }  // namespace tetraction

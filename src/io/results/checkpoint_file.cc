@@ -5,10 +5,13 @@
 #include <algorithm>
 #include <cerrno>
 #include <charconv>
+#include <cmath>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <initializer_list>
 #include <iterator>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <system_error>
 #include <utility>
@@ -16,7 +19,9 @@
 #include "checkpoint_members.h"
 #include "core/fingerprint.h"
 #include "io/text/check_sum.h"
+#include "io/text/foreign_json.h"
 #include "io/text/output_file.h"
+#include "simulation/step_count.h"
 #include "tetraction/core/error.h"
 #include "tetraction/simulation/event_settings.h"
 
@@ -63,18 +68,84 @@ std::uint64_t checked_size(std::string_view begin, std::uint64_t file_size,
   return size;
 }
 
-// What Session::restore() does not check.
+bool are_finite(std::initializer_list<double> values) {
+  return std::ranges::all_of(values, [](double value) { return std::isfinite(value); });
+}
+
+bool are_counts(std::initializer_list<Index> values) {
+  return std::ranges::all_of(
+      values, [](Index value) { return value >= 0 && value <= static_cast<Index>(kMostSteps); });
+}
+
+bool is_finite(const Momenta& momenta) {
+  return momenta.linear.allFinite() && momenta.angular.allFinite();
+}
+
+bool is_finite(const Energies& energies) {
+  return std::ranges::all_of(energies.entries(),
+                             [](const auto& entry) { return std::isfinite(entry.value); });
+}
+
+// Any program can write a file with a right check sum. What Session::restore() does not check.
+void require_sensible(const Checkpoint& checkpoint) {
+  const auto require = [](bool is_right, const char* what) {
+    if (!is_right) throw BadBytes{what};
+  };
+  const State& state = checkpoint.state;
+  require(state.velocity.allFinite() && checkpoint.reaction_force.allFinite() &&
+              checkpoint.configuration_force.allFinite() &&
+              checkpoint.progress.external_force.allFinite(),
+          "a velocity or a force is not finite");
+  const RunProgress& progress = checkpoint.progress;
+  const StepPlan& plan = progress.plan;
+  require(are_finite({state.time, plan.time_step, plan.segment_time, progress.first_time_step}) &&
+              plan.time_step > 0.0 && progress.first_time_step >= 0.0 &&
+              are_counts({state.step, plan.segment_step, plan.segment_count}) &&
+              plan.segment_step <= state.step,
+          "its steps are out of range");
+  const AutomaticStepMemory& automatic = plan.automatic;
+  require(
+      are_counts({automatic.last, automatic.next, automatic.interval}) &&
+          automatic.critical_step >= 0.0 && automatic.modes.stiffness.allFinite() &&
+          automatic.modes.damping.allFinite() &&
+          are_finite({automatic.rate, automatic.elastic_energy, automatic.sensitivity,
+                      automatic.elastic_energy_at_estimate, automatic.largest_change,
+                      plan.adaptive.last_error, plan.adaptive.energy, plan.adaptive.half_work}) &&
+          std::ranges::none_of(automatic.recent, [](double limit) { return !(limit >= 0.0); }),
+      "what it remembers of its steps is out of range");
+  const StepControl& control = progress.control;
+  require(are_counts({progress.steps.changes, progress.inverted.now, progress.inverted.most,
+                      progress.inverted.most_step, progress.total_iterations,
+                      progress.total_factorizations, progress.total_cg_iterations, control.retried,
+                      control.rejected, control.failed, control.above_tolerance,
+                      control.without_solution, control.last_rejected, control.last_substeps,
+                      checkpoint.balance.limited_steps}),
+          "one of its counts is out of range");
+  const BalanceSums& sums = checkpoint.balance;
+  require(is_finite(sums.initial_energies) && is_finite(sums.energies) &&
+              is_finite(sums.initial_momenta) && is_finite(sums.momenta) &&
+              sums.linear_impulse.allFinite() && sums.angular_impulse.allFinite() &&
+              are_finite({sums.external_work, sums.dissipated_energy, sums.constraint_work,
+                          sums.edit_work, sums.residual_angular_impulse, sums.round_off}),
+          "its balance is not finite");
+}
+
+// The same for the objects of constraints.
 void require_consistent(const Checkpoint& checkpoint) {
   const Index vertex_count = checkpoint.state.position.size() / 3;
   const auto require = [](bool is_right) {
     if (!is_right) throw BadBytes{"its constraints contradict themselves"};
   };
   const auto require_vertices = [&](const std::vector<Index>& vertices, const Matrix& points) {
-    require(static_cast<Index>(vertices.size()) == points.cols());
+    require(static_cast<Index>(vertices.size()) == points.cols() && points.allFinite());
     for (const Index v : vertices) require(v >= 0 && v < vertex_count);
   };
   const auto check_held = [&](const PrescribedVertices& held) {
     require_vertices(held.vertices, held.start);
+    const PrescribedMotion& motion = held.motion;
+    require(are_finite({motion.since, held.penalty}) && held.penalty >= 0.0 &&
+            motion.velocity.allFinite() && motion.angular_velocity.allFinite() &&
+            motion.center.allFinite() && motion.offset.allFinite());
   };
   const BodyConstraints& constraints = checkpoint.settings.constraints;
   std::ranges::for_each(constraints.fixes, check_held);
@@ -82,10 +153,13 @@ void require_consistent(const Checkpoint& checkpoint) {
     if (const auto* held = std::get_if<PrescribedVertices>(&object)) check_held(*held);
     if (const auto* guided = std::get_if<GuidedVertices>(&object)) {
       require_vertices(guided->vertices, guided->points);
-      require(guided->directions.cols() == 1 || guided->directions.cols() == 2);
+      const Matrix& d = guided->directions;
+      constexpr double kOrthonormal = 1e-6;
+      require((d.cols() == 1 || d.cols() == 2) && (d.transpose() * d).isIdentity(kOrthonormal));
     }
     if (const auto* distance = std::get_if<FixedDistance>(&object)) {
       for (const Index v : {distance->a, distance->b}) require(v >= 0 && v < vertex_count);
+      require(std::isfinite(distance->length) && distance->length > 0.0);
     }
     if (const auto* handle = std::get_if<RigidHandle>(&object)) {
       require_vertices(handle->vertices, handle->shape);
@@ -147,8 +221,8 @@ int process_count(const Session& session) {
 }
 
 std::vector<std::string> changed_keys(const std::string& scene, const std::string& other) {
-  const Json a = Json::parse(scene, nullptr, false);
-  const Json b = Json::parse(other, nullptr, false);
+  const Json a = parse_foreign_json(scene);
+  const Json b = parse_foreign_json(other);
   std::vector<std::string> keys;
   if (a.is_discarded() || b.is_discarded()) {
     if (scene != other) keys.emplace_back("the scene");
@@ -195,7 +269,12 @@ StoredCheckpoint checkpoint_from_bytes(std::string_view bytes, const std::string
     ArchiveReader numbers(bytes.substr(kBeginSize, size));
     transfer(numbers, stored);
     if (!numbers.at_end()) refuse(name, "there is more in it than it should have");
+    require_sensible(stored.checkpoint);
     require_consistent(stored.checkpoint);
+    constexpr auto kMost = static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max());
+    if (stored.files.history_size > kMost || stored.files.probes_size > kMost) {
+      throw BadBytes{"the size of a file is out of range"};
+    }
   } catch (const BadBytes& error) {
     refuse(name, error.what);
   }

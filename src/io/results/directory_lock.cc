@@ -40,12 +40,15 @@ DirectoryLock::DirectoryLock(const std::string& directory) : path_(directory + "
     descriptor_ =
         ::open(path_.c_str(), O_RDWR | O_CREAT | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC, 0666);
     struct stat status {};
-    if (descriptor_ < 0 || ::fstat(descriptor_, &status) != 0 || !S_ISREG(status.st_mode)) {
+    // A file that has another name, too, belongs to somebody else.
+    if (descriptor_ < 0 || ::fstat(descriptor_, &status) != 0 || !S_ISREG(status.st_mode) ||
+        status.st_nlink > 1) {
       const int reason = descriptor_ < 0 ? errno : EINVAL;
       if (descriptor_ >= 0) ::close(descriptor_);
       throw OutputError(fmt::format(
-          "{}: the file that locks the directory cannot be opened ({}). Delete it if it is a link "
-          "or no ordinary file, or choose another directory (on the command line: --out).",
+          "{}: the file that locks the directory cannot be opened ({}). Delete it if it is a link, "
+          "has another name as well, or is no ordinary file, or choose another directory (on the "
+          "command line: --out).",
           path_, std::strerror(reason)));
     }
     int result = 0;

@@ -15,10 +15,15 @@ inline std::string header_text(const HistoryColumns& columns) {
   return fmt::format("{}\n", fmt::join(columns.names(), ","));
 }
 
-/// Numbers with 17 digits, which read back as they were. Whole numbers have no point.
-inline std::string row_text(const std::vector<double>& values) {
+/// Numbers with 17 digits, which read back as they were. Whole numbers have no point. Steps, which people choose, have as
+/// few digits as read back so.
+inline std::string row_text(const HistoryColumns& columns, const std::vector<double>& values) {
   std::string row;
-  for (const double value : values) row += fmt::format("{}{:.17g}", row.empty() ? "" : ",", value);
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    if (i > 0) row += ',';
+    row += columns.names()[i] == "time_step" ? fmt::format("{}", values[i])
+                                             : fmt::format("{:.17g}", values[i]);
+  }
   return row + '\n';
 }
 

@@ -48,7 +48,7 @@ struct PartRecorder::Impl {
   // The values are sums over all processes.
   void write_row(const Session& session) {
     const std::vector<double> values = columns->values(session);
-    if (history) attempt(failure, [&] { history->add(row_text(values)); });
+    if (history) attempt(failure, [&] { history->add(row_text(*columns, values)); });
     last_row = session.step_number();
   }
 
@@ -212,7 +212,8 @@ void PartRecorder::on_start(const Session& session) {
   const std::vector<double> first = s.columns->values(session);
   if (is_first) {
     attempt(s.failure, [&] {
-      s.history.emplace(s.path("history.csv"), header_text(*s.columns) + row_text(first));
+      s.history.emplace(s.path("history.csv"),
+                        header_text(*s.columns) + row_text(*s.columns, first));
     });
   }
   throw_together(part, s.failure);

@@ -10,10 +10,12 @@
 #include <utility>
 
 #include "io/results/directory_lock.h"
+#include "io/results/input_guard.h"
 #include "io/results/run_files.h"
 #include "io/results/study_page.h"
 #include "io/results/study_plots.h"
 #include "io/results/study_row_file.h"
+#include "io/text/foreign_json.h"
 #include "io/text/output_file.h"
 #include "tetraction/core/error.h"
 #include "tetraction/core/version.h"
@@ -44,28 +46,8 @@ bool holds_modes(const fs::path& directory) {
   return is_there(directory / "modes.csv");
 }
 
-bool is_mode(const fs::path& file) {
-  return file.filename().string().rfind("mode_", 0) == 0 && file.extension() == ".vtu";
-}
-
-// A result of an earlier run may be the mesh of this run, but only if the directories differ.
-void check_mesh_file(const Scene& scene, const std::string& directory) {
-  if (scene.mesh.generate) return;
-  // A path that cannot be examined cannot be read or written either, and this has its own message.
-  std::error_code error;
-  const fs::path mesh = fs::weakly_canonical(scene.mesh.file, error);
-  if (mesh.filename() != "final.vtu" && !is_frame_name(mesh.filename().string()) && !is_mode(mesh))
-    return;
-  const fs::path place = mesh.lexically_relative(fs::weakly_canonical(directory, error));
-  if (place.empty() || *place.begin() == "..") return;
-  throw InputError(
-      fmt::format("{}: this mesh is a result in the output directory {}, where it would be "
-                  "overwritten. Choose another directory with --out.",
-                  scene.mesh.file, directory));
-}
-
 nlohmann::json read_study(const fs::path& directory) {
-  return nlohmann::json::parse(read_output((directory / "study.json").string()), nullptr, false);
+  return parse_foreign_json(read_output((directory / "study.json").string()));
 }
 
 // The plots of the probes that study.json names.
@@ -174,6 +156,13 @@ bool leads_below_here(const fs::path& directory) {
       directory, there, coming));
 }
 
+// Also in the folders of an earlier study, which are deleted.
+void refuse_inputs_among_runs(const std::vector<std::string>& inputs, const std::string& directory,
+                              std::set<std::string> runs) {
+  for (const fs::path& folder : folders_of_study(directory)) runs.insert(folder.filename());
+  refuse_inputs_among_results(inputs, directory, {runs.begin(), runs.end()});
+}
+
 }  // namespace
 
 std::string output_directory(const Scene& scene, const std::string& out,
@@ -194,19 +183,36 @@ std::string output_directory(const Scene& scene, const std::string& out,
 void check_folder_of_run(const Scene& scene, const std::string& directory) {
   if (holds_study(directory)) refuse_to_mix(directory, "study", "run");
   if (holds_modes(directory)) refuse_to_mix(directory, kModes, "run");
-  check_mesh_file(scene, directory);
+  refuse_inputs_among_results(input_files(scene), directory);
 }
 
 void check_folder_of_study(const Scene& scene, const std::string& directory) {
   if (holds_run(directory)) refuse_to_mix(directory, "run", "study");
   if (holds_modes(directory)) refuse_to_mix(directory, kModes, "study");
-  check_mesh_file(scene, directory);
+  refuse_inputs_among_runs(input_files(scene), directory, {});
+}
+
+void check_folder_of_study(const StudyPlan& plan, const std::string& directory) {
+  std::set<std::string> inputs;
+  for (const StudyVariant& variant : plan.variants) {
+    for (std::string& file : input_files(variant.scene)) inputs.insert(std::move(file));
+  }
+  refuse_inputs_among_runs({inputs.begin(), inputs.end()}, directory, run_names(plan));
+}
+
+std::set<std::string> run_names(const StudyPlan& plan) {
+  std::set<std::string> names;
+  for (const PlannedReference& reference : plan.references) {
+    for (const PlannedRun& run : reference.runs) names.insert(run.directory);
+  }
+  for (const PlannedRun& run : plan.runs) names.insert(run.directory);
+  return names;
 }
 
 void check_folder_of_modes(const Scene& scene, const std::string& directory) {
   if (holds_run(directory)) refuse_to_mix(directory, "run", kModes);
   if (holds_study(directory)) refuse_to_mix(directory, "study", kModes);
-  check_mesh_file(scene, directory);
+  refuse_inputs_among_results(input_files(scene), directory);
 }
 
 bool remove_study(const std::string& directory) {

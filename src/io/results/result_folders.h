@@ -7,6 +7,7 @@
 
 #include "io/text/output_file.h"
 #include "tetraction/simulation/scene.h"
+#include "tetraction/simulation/study.h"
 
 namespace tetraction {
 
@@ -17,11 +18,16 @@ std::string output_directory(const Scene& scene, const std::string& out,
                              const std::vector<std::string>& overrides);
 
 /// Throws InputError if a run that writes into `directory` would mix its results with those of a
-/// study, or write over its own mesh file.
+/// study, or take the place of its own inputs (input_guard.h).
 void check_folder_of_run(const Scene& scene, const std::string& directory);
 
 /// The same for a study and the results of a run.
 void check_folder_of_study(const Scene& scene, const std::string& directory);
+/// Throws InputError if an input of the study is a file that its runs write or delete.
+void check_folder_of_study(const StudyPlan& plan, const std::string& directory);
+
+/// The folders of all runs of a study.
+std::set<std::string> run_names(const StudyPlan& plan);
 
 /// The same for modes and the results of a run or a study.
 void check_folder_of_modes(const Scene& scene, const std::string& directory);

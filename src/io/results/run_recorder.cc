@@ -9,11 +9,14 @@
 #include <functional>
 #include <optional>
 #include <utility>
+#include <vector>
 
 #include "directory_lock.h"
 #include "failed_elements.h"
 #include "frame_fields.h"
 #include "history_rows.h"
+#include "input_guard.h"
+#include "io/mesh/mesh_files.h"
 #include "io/text/output_file.h"
 #include "kept_files.h"
 #include "probe_file.h"
@@ -83,7 +86,7 @@ struct RunRecorder::Impl {
   std::string path(const char* name) const { return directory + "/" + name; }
 
   void write_row(const Session& session) {
-    history->add(row_text(columns->values(session)));
+    history->add(row_text(*columns, columns->values(session)));
     last_row = session.step_number();
   }
 
@@ -214,12 +217,17 @@ void RunRecorder::resume(const Session& session, const StoredCheckpoint& stored)
 void RunRecorder::on_start(const Session& session) {
   Impl& s = *impl_;
   if (s.is_resumed) return;
+  std::vector<std::string> inputs = input_files(session.scene());
+  for (std::string& file : files_of_mesh(session.system().mesh().source)) {
+    inputs.push_back(std::move(file));
+  }
+  refuse_inputs_among_results(inputs, s.directory);
   lock_directory();
   // Results of an earlier run would look like results of this one.
   remove_run(s.directory);
   s.columns.emplace(session);
   s.history.emplace(s.path("history.csv"),
-                    header_text(*s.columns) + row_text(s.columns->values(session)));
+                    header_text(*s.columns) + row_text(*s.columns, s.columns->values(session)));
   s.last_row = session.step_number();
   const OutputSettings& output = session.scene().output;
   s.frames = std::make_unique<FrameWriter>(session.system().mesh(), s.directory,

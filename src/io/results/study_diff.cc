@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "core/quoting.h"
+#include "io/text/foreign_json.h"
 #include "io/text/output_file.h"
 #include "tetraction/core/error.h"
 #include "tetraction/simulation/study.h"
@@ -27,14 +28,12 @@ constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 constexpr double kSameStep = 1e-9;  // relative difference of equal steps
 
 std::string text_of(const Json& json, const char* key) {
-  return json.is_object() && json.contains(key) && json[key].is_string()
-             ? json[key].get<std::string>()
-             : std::string();
+  const Json& value = member_of(json, key);
+  return value.is_string() ? value.get<std::string>() : std::string();
 }
 
 double number_in(const Json& json, const char* key) {
-  return json.is_object() && json.contains(key) && json[key].is_number() ? json[key].get<double>()
-                                                                         : kNone;
+  return number_or(member_of(json, key), kNone);
 }
 
 // The members of a study.json that a comparison needs. A file without them is damaged.
@@ -168,7 +167,7 @@ std::vector<std::string> notes_of(const StudyDiff& diff) {
     notes.push_back(fmt::format(
         "The studies have different references, {} and {}. Their errors differ by as much as "
         "these references do.",
-        diff.a.reference, diff.b.reference));
+        excerpt(diff.a.reference), excerpt(diff.b.reference)));
   }
   if (diff.a.scene != diff.b.scene) {
     notes.push_back(fmt::format("The scenes have different names, {} and {}.",
@@ -180,7 +179,7 @@ std::vector<std::string> notes_of(const StudyDiff& diff) {
   }
   if (diff.a.version != diff.b.version) {
     notes.push_back(fmt::format("The studies were made by the versions {} and {}.",
-                                printable(diff.a.version), printable(diff.b.version)));
+                                excerpt(diff.a.version), excerpt(diff.b.version)));
   }
   if (!have_same_machine(diff)) {
     notes.emplace_back(
@@ -204,7 +203,7 @@ std::string cell(double value, const char* format) {
 std::string head_of(char letter, const StudyFile& study) {
   std::string text = fmt::format("{}: {}", letter, printable(study.path));
   if (!study.date.empty()) text += ", " + excerpt(study.date);
-  text += ", reference " + printable(study.reference);
+  text += ", reference " + excerpt(study.reference);
   if (std::isfinite(study.reference_error)) {
     text += fmt::format(", whose own error is estimated at {:.2e}", study.reference_error);
   }
@@ -212,8 +211,8 @@ std::string head_of(char letter, const StudyFile& study) {
 }
 
 std::string name_of(const StudyDiffRow& row) {
-  return fmt::format("{:<16}{:<8}{:>10.4g}", row.integrator, row.solver.empty() ? "-" : row.solver,
-                     row.step);
+  return fmt::format("{:<16}{:<8}{:>10.4g}", excerpt(row.integrator),
+                     row.solver.empty() ? "-" : excerpt(row.solver), row.step);
 }
 
 std::string rows_only_in(char letter, const std::vector<StudyDiffRow>& rows) {
@@ -278,7 +277,7 @@ StudyFile read_study_file(const std::string& path) {
         "{}: this directory does not hold the results of a study: there is no study.json{}.", path,
         fs::exists(fs::path(path) / "history.csv", problem) ? ", but the results of a run" : ""));
   }
-  const Json json = Json::parse(read_output(file), nullptr, false);
+  const Json json = parse_foreign_json(read_output(file));
   if (!json.is_object() || !json.contains("runs") || !json["runs"].is_array()) {
     throw FileError(fmt::format("{}: this is not the study.json of a study.", file));
   }

@@ -10,6 +10,7 @@
 #include <set>
 #include <string_view>
 
+#include "io/text/foreign_json.h"
 #include "io/text/output_file.h"
 #include "study_conclusions.h"
 #include "study_plots.h"
@@ -391,15 +392,10 @@ std::string runs_html(const StudyResult& result) {
 std::vector<RunPhases> read_phases(const StudyResult& result, const std::string& directory) {
   std::vector<RunPhases> phases;
   const auto add = [&](const std::string& run, const std::string& label, double step) {
-    const auto json =
-        nlohmann::json::parse(read_output(directory + "/" + run + "/summary.json"), nullptr, false);
-    if (!json.is_object() || !json.contains("wall_seconds")) return;
-    const auto seconds = [&](const char* key) {
-      const auto& times = json["wall_seconds"];
-      return times.is_object() && times.contains(key) && times[key].is_number()
-                 ? times[key].get<double>()
-                 : 0.0;
-    };
+    const auto json = parse_foreign_json(read_output(directory + "/" + run + "/summary.json"));
+    const auto& times = member_of(json, "wall_seconds");
+    if (times.is_null()) return;
+    const auto seconds = [&](const char* key) { return number_or(member_of(times, key), 0.0); };
     phases.push_back({label, step, seconds("mesh"), seconds("setup"), seconds("stability"),
                       seconds("stepping"), seconds("output")});
   };

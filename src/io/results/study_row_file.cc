@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "io/text/foreign_json.h"
 #include "io/text/output_file.h"
 #include "study_row_json.h"
 #include "tetraction/core/version.h"
@@ -162,12 +163,13 @@ void write_study_row(const std::string& path, const StudyRow& row, const std::st
 
 std::optional<StudyRow> read_study_row(const std::string& path, const PlannedRun& planned,
                                        const std::string& inputs) {
-  const auto json = nlohmann::json::parse(read_output(path), nullptr, false);
-  if (!json.is_object() || !json.contains("inputs") || !json.contains("row")) return {};
-  if (json["inputs"] != nlohmann::json::parse(inputs)) return {};
-  std::optional<StudyRow> row = study_row_from_json(json["row"]);
+  const auto json = parse_foreign_json(read_output(path));
+  const auto wanted = nlohmann::json::parse(inputs);
+  if (member_of(json, "inputs") != wanted) return {};
+  std::optional<StudyRow> row = study_row_from_json(member_of(json, "row"));
   if (!row || row->integrator != planned.integrator || row->step != planned.step ||
-      row->solver != planned.solver || row->directory != planned.directory) {
+      row->solver != planned.solver || row->directory != planned.directory ||
+      member_of(member_of(wanted, "variant"), "name") != row->variant) {
     return {};
   }
   if (json.contains("extrapolation")) {

@@ -5,6 +5,7 @@
 #include <limits>
 #include <string>
 
+#include "io/text/foreign_json.h"
 #include "tetraction/core/error.h"
 
 namespace tetraction {
@@ -18,6 +19,14 @@ nlohmann::ordered_json number(double value) {
 
 double number_of(const nlohmann::json& json, const char* key, double absent) {
   return json.at(key).is_null() ? absent : json.at(key).get<double>();
+}
+
+// A whole number that is not negative. Throws InputError for anything else.
+template <class Integer>
+Integer count_of(const nlohmann::json& json, const char* key) {
+  const Index value = index_or(json.at(key), -1);
+  if (value < 0 || value > Index{std::numeric_limits<Integer>::max()}) throw InputError(key);
+  return static_cast<Integer>(value);
 }
 
 template <class Value, std::size_t N>
@@ -79,7 +88,7 @@ std::optional<StudyRow> study_row_from_json(const nlohmann::json& json) {
               std::array{RunStatus::kFinished, RunStatus::kUnstable, RunStatus::kNotConverged});
     row.message = json.at("message").get<std::string>();
     row.directory = json.at("directory").get<std::string>();
-    row.steps = json.at("steps").get<Index>();
+    row.steps = count_of<Index>(json, "steps");
     row.wall_seconds = get("wall_seconds");
     row.seconds_per_simulated_second = get("seconds_per_simulated_second");
     row.iterations_per_step = get("iterations_per_step");
@@ -92,14 +101,14 @@ std::optional<StudyRow> study_row_from_json(const nlohmann::json& json) {
     row.probe_error = get("probe_error");
     row.date = json.at("date").get<std::string>();
     row.processor = json.at("processor").get<std::string>();
-    row.cores = json.at("cores").get<int>();
-    row.threads = json.at("threads").get<int>();
+    row.cores = count_of<int>(json, "cores");
+    row.threads = count_of<int>(json, "threads");
     const auto timing = json.at("timing").get<std::string>();
     if (timing != "alone" && timing != "shared") return {};
     row.shares_machine = timing == "shared";
   } catch (const nlohmann::json::exception&) {
     return {};
-  } catch (const InputError&) {  // an unknown word
+  } catch (const InputError&) {  // an unknown word, or a number that is none
     return {};
   }
   row.observed_order = kNone;  // depends on the other runs

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/quoting.h"
 #include "study_conclusions.h"
 #include "study_row_json.h"
 #include "tetraction/core/version.h"
@@ -27,8 +28,9 @@ nlohmann::ordered_json json_number(double value) {
   return nullptr;
 }
 
-// A cell of a CSV table as in RFC 4180.
-std::string csv_text(const std::string& text) {
+// A cell of a CSV table as in RFC 4180. Arguments and names of files need not be UTF-8, which the table is.
+std::string csv_text(const std::string& any_text) {
+  const std::string text = printable(any_text);
   if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
   std::string quoted = "\"";
   for (const char c : text) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
@@ -41,7 +43,7 @@ std::string cell(double value, const char* format = "{:.2e}") {
 
 // The stability limits of the explicit rules that have a row of the variant, "h_crit = 1e-3 s
 // (explicit), 1.2e-3 s (verlet)". They differ if there is damping. Without such a row it is the
-// limit of the variant's first row, which is that of `explicit`.
+// limit of the variant's first row, or of the study if it has no rows, which are those of `explicit`.
 std::string limits_text(const StudyResult& result, const std::string& variant) {
   std::vector<std::pair<double, std::string>> limits;  // with the names of their rules
   const StudyRow* first = nullptr;
@@ -61,9 +63,11 @@ std::string limits_text(const StudyResult& result, const std::string& variant) {
       known->second += " and " + name;
     }
   }
-  if (limits.empty() && first != nullptr) {
-    limits.emplace_back(first->stable_step, to_string(Integrator::kExplicit));
+  if (limits.empty()) {
+    limits.emplace_back(first != nullptr ? first->stable_step : result.stable_step,
+                        to_string(Integrator::kExplicit));
   }
+  if (!std::isfinite(limits.front().first)) return "none";
   std::string text = "h_crit = ";
   for (const auto& [limit, names] : limits) {
     text += fmt::format("{}{:.4g} s ({})", text.back() == ' ' ? "" : ", ", limit, names);
@@ -133,8 +137,8 @@ std::string study_csv(const StudyResult& result, const StudyProvenance& provenan
   for (const StudyRow& row : result.rows) {
     const auto own = places.find(row.variant);
     const StudyResult& part = own != places.end() ? parts[own->second] : result;
-    text += fmt::format("{},{:.17g},{},{}", to_string(row.integrator), row.step,
-                        to_string(row.status), row.steps);
+    text += fmt::format("{},{},{},{}", to_string(row.integrator), row.step, to_string(row.status),
+                        row.steps);
     for (const double value :
          {row.wall_seconds, row.seconds_per_simulated_second, row.iterations_per_step,
           row.max_relative_energy_drift, row.linear_momentum_drift, row.angular_momentum_drift,
@@ -143,11 +147,11 @@ std::string study_csv(const StudyResult& result, const StudyProvenance& provenan
       text += ',' + csv_number(value);
     }
     text += fmt::format(",{},{},{},{},{}", csv_number(row.stable_step), csv_text(row.variant),
-                        to_string(row.role), row.solver, csv_number(row.probe_error));
-    text += fmt::format(",{},{},{},{},{},{},{},{},{}\n", row.date, csv_text(row.processor),
-                        row.cores, row.threads, version(), csv_text(provenance.command),
-                        csv_text(reference_name(part)), csv_number(part.reference_error),
-                        row.shares_machine ? "shared" : "alone");
+                        to_string(row.role), csv_text(row.solver), csv_number(row.probe_error));
+    text += fmt::format(",{},{},{},{},{},{},{},{},{}\n", csv_text(row.date),
+                        csv_text(row.processor), row.cores, row.threads, version(),
+                        csv_text(provenance.command), csv_text(reference_name(part)),
+                        csv_number(part.reference_error), row.shares_machine ? "shared" : "alone");
   }
   return text;
 }

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "io/text/foreign_json.h"
 #include "tetraction/core/blas.h"
 #include "tetraction/core/parallel.h"
 #include "tetraction/core/process.h"
@@ -189,7 +190,7 @@ std::string summary_json(const Session& session, const std::string& directory,
                                  {"time", edit.time},
                                  {"step", edit.step},
                                  {"energy_jump", edit.energy_jump}};
-    entry["what"] = nlohmann::ordered_json::parse(edit.what, nullptr, false);
+    entry["what"] = parse_foreign_json<nlohmann::ordered_json>(edit.what);
     if (entry["what"].is_discarded()) entry["what"] = edit.what;
     if (!edit.warning.empty()) entry["warning"] = edit.warning;
     json["events"].push_back(std::move(entry));

@@ -110,6 +110,9 @@ ReplacementFile::ReplacementFile(std::string path)
 std::string read_output(const std::string& path) {
   std::error_code error;
   if (!std::filesystem::is_regular_file(std::filesystem::symlink_status(path, error))) return {};
+  // Larger ones are no results that are read as a whole.
+  constexpr std::uintmax_t kMost = std::uintmax_t{1} << 28;
+  if (std::filesystem::file_size(path, error) > kMost || error) return {};
   std::ifstream file(path, std::ios::binary);
   return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
 }

@@ -1,0 +1,40 @@
+// JSON of files that anybody may have written or changed.
+#pragma once
+
+#include <cstddef>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "tetraction/core/types.h"
+
+namespace tetraction {
+
+/// Nested deeper than this, JSON is no result of this program. Functions that call themselves for each level, as those
+/// that compare and print JSON do, need memory of the stack for each.
+inline constexpr int kMostJsonLevels = 100;
+
+/// The value of the text. Discarded (is_discarded(), and neither object nor array) if the text is no JSON, or is nested too
+/// deep. Throws nothing but std::bad_alloc.
+template <class Json = nlohmann::json>
+Json parse_foreign_json(const std::string& text) {
+  bool is_too_deep = false;
+  const auto keep = [&is_too_deep](int level, typename Json::parse_event_t, const Json&) {
+    is_too_deep = is_too_deep || level > kMostJsonLevels;
+    return !is_too_deep;
+  };
+  Json json = Json::parse(text, keep, false);
+  if (is_too_deep) return Json(Json::value_t::discarded);
+  return json;
+}
+
+/// A member of an object. Null if there is none, or if `json` is no object.
+const nlohmann::json& member_of(const nlohmann::json& json, const char* key);
+/// An entry of an array. Null if there is none, or if `json` is no array.
+const nlohmann::json& entry_of(const nlohmann::json& json, std::size_t i);
+
+/// The value if it is a number, otherwise `other`.
+double number_or(const nlohmann::json& json, double other);
+/// The value if it is a whole number that Index can hold, otherwise `other`.
+Index index_or(const nlohmann::json& json, Index other);
+
+}  // namespace tetraction
