@@ -6,6 +6,7 @@ Usage: resume_test.py PROGRAM DATA_FOLDER [TestCase...]
 import glob
 import json
 import os
+import re
 import random
 import shutil
 import signal
@@ -210,8 +211,11 @@ class Resuming(ResumeTest):
         newest = self.checkpoints()[-1]
         with open(newest, "rb") as file:
             content = file.read()
-        place = content.index(b'{"')  # the scene, after its length
-        length = int.from_bytes(content[place - 8 : place], "little")
+        # The texts begin after their lengths. The scene is the longest.
+        lengths = {found.start(): int.from_bytes(content[found.start() - 8 : found.start()], "little")
+                   for found in re.finditer(rb'\{\s*"', content)}  # fmt: skip
+        place = max((start for start in lengths if lengths[start] < len(content)), key=lengths.get)
+        length = lengths[place]
         self.assertEqual(content[place + length - 1 : place + length], b"}")
         for text in (b'{"event":' + b"[" * 200000 + b"]" * 200000 + b"}", b'{"event":{"a":1}}', b"{}"):
             with self.subTest(text[:20]):
