@@ -158,6 +158,7 @@ class Arguments(CliTest):
             (["study", "scene.toml", "--integrators", "--resume"], "--integrators needs a value"),
             (["--threads", "--quiet", "run", "scene.toml"], "--threads needs a value"),
             (["modes", "scene.toml", "-n", "--static"], "-n needs a value"),
+            (["--quiet", "run", "scene.toml"], "write it behind that, as in tetraction run --quiet"),
         ):
             with self.subTest(line):
                 self.assertIn(words, self.refused(2, *line))

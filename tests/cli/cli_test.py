@@ -82,6 +82,13 @@ class CliTest(unittest.TestCase):
 
 
 class Run(CliTest):
+    def test_the_step_is_written_as_it_is_read(self):
+        scene = self.write("beam.toml", BEAM)
+        self.run_program("run", scene, "--out", "out", "--set", "time.step=1e-6", "--set", "time.end=3e-6")
+        with open(self.path("out", "history.csv"), newline="") as file:
+            steps = [row["time_step"] for row in csv.DictReader(file)]
+        self.assertEqual(steps, ["0", "1e-06", "1e-06", "1e-06"])
+
     def test_outputs(self):
         scene = self.write("beam.toml", BEAM)
         result = self.run_program("run", scene, "--out", self.path("out"))

@@ -165,7 +165,7 @@ class SameProblem(CliTest):
                     self.assertGreater(found["elastic_energy"][-1], 1e-5)
 
     def test_static(self):
-        for more in ("",):
+        for more in ("", MULTIPLIERS):
 
             def compute(units):
                 self.run_program("static", self.scene(units, more), "--out", "s", "--steps", "2")
@@ -181,7 +181,7 @@ class SameProblem(CliTest):
 
     def test_modes(self):
         for more in ("", MULTIPLIERS):
-            for loaded in ([], ["--static"]) if not more else ([],):
+            for loaded in ([], ["--static"]):
 
                 def compute(units):
                     self.run_program("modes", self.scene(units, more), "-n", "6", "--out", "m", *loaded)
