@@ -1,21 +1,13 @@
 #include "tetraction/dynamics/nodal_volume.h"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 
 #include "fem/kernels/volume_kernels.h"
 #include "nodal_volume_impl.h"
+#include "six_volume.h"
 #include "tetraction/dynamics/volume_rule.h"
 
 namespace tetraction {
-namespace {
-
-double six_volume(const RestState::Shape::NodeMatrix& x) {
-  return Vector3(x.col(1) - x.col(0))
-      .dot(Vector3(x.col(2) - x.col(0)).cross(Vector3(x.col(3) - x.col(0))));
-}
-
-}  // namespace
 
 const char* to_string(VolumeRule rule) {
   return rule == VolumeRule::kNodal ? "nodal" : "element";

@@ -2,44 +2,15 @@
 //
 // With R = Σ V_e of a patch and b = Σ ∂v_e/∂x, ∂J/∂x = b/R and the gradient is Σ U' b/4. Its derivative
 // is Σ U'' b bᵀ/(4R) + Σ_e t_e ∂²v_e/∂x², where t_e is the mean of U' over the nodes of e.
-#include <Eigen/Geometry>
 #include <algorithm>
 
 #include "nodal_volume_impl.h"
+#include "six_volume.h"
 
 namespace tetraction {
 namespace {
 
 using NodeMatrix = RestState::Shape::NodeMatrix;
-
-// ∂(6v)/∂x of the nodes at these positions.
-NodeMatrix six_volume_gradient(const NodeMatrix& x) {
-  const Vector3 a = x.col(1) - x.col(0);
-  const Vector3 b = x.col(2) - x.col(0);
-  const Vector3 c = x.col(3) - x.col(0);
-  NodeMatrix gradient;
-  gradient.col(1) = b.cross(c);
-  gradient.col(2) = c.cross(a);
-  gradient.col(3) = a.cross(b);
-  gradient.col(0) = -(gradient.col(1) + gradient.col(2) + gradient.col(3));
-  return gradient;
-}
-
-// Its derivative in the direction d.
-NodeMatrix six_volume_product(const NodeMatrix& x, const NodeMatrix& d) {
-  NodeMatrix product;
-  product.col(0).setZero();
-  for (int k = 0; k < 3; ++k) {
-    const int i = 1 + (k + 1) % 3;
-    const int j = 1 + (k + 2) % 3;
-    const auto edge = [](const NodeMatrix& m, int node) -> Vector3 {
-      return m.col(node) - m.col(0);
-    };
-    product.col(k + 1) = edge(d, i).cross(edge(x, j)) + edge(x, i).cross(edge(d, j));
-    product.col(0) -= product.col(k + 1);
-  }
-  return product;
-}
 
 }  // namespace
 

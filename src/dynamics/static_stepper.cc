@@ -28,6 +28,7 @@ class Implementation : public StaticStepper {
 
   const StaticProblem& problem() const override { return problem_; }
   void set_minimizes(bool minimizes) override { solve_.set_minimizes(minimizes); }
+  void set_divisible(bool divisible) override { problem_.set_divisible(divisible); }
   void reset() override {
     solve_.forget();
     last_.resize(0);

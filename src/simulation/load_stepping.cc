@@ -6,6 +6,7 @@
 #include <cmath>
 #include <utility>
 
+#include "solver/mixed_newton.h"
 #include "tetraction/core/error.h"
 #include "tetraction/simulation/scene_objects.h"
 #include "tetraction/solver/newton_root_finder.h"
@@ -23,6 +24,8 @@ constexpr double kSmooth = 0.6;
 // A vibration counts as flutter if it grows by more than this, relative to itself, in a radian. Modes that have nearly the same
 // frequency are coupled by an asymmetric mesh alone, and the slightest damping stops what grows more slowly.
 constexpr double kSlowGrowth = 1e-3;
+// So many attempts in a row may end before solvers search for long.
+constexpr int kQuickEnds = 3;
 // So many times a stable equilibrium is looked for where the path of Newton's method has become unstable or
 // ends. Each search may be as long as the whole path.
 constexpr int kSearches = 4;
@@ -60,7 +63,16 @@ std::unique_ptr<StaticStepper> make_static_stepper(const MechanicalSystem& syste
   } else {
     root_finder = make_root_finder(exact, system);
   }
-  return StaticStepper::make(system, make_minimizer(exact, system), time, std::move(root_finder));
+  const bool is_mixed =
+      exact.kind == "newton" && nearly_keeps_volume(system) &&
+      (exact.linear == LinearSolver::kAuto || exact.linear == LinearSolver::kFactor);
+  if (is_mixed) exact.linear = LinearSolver::kFactor;
+  std::unique_ptr<Minimizer> minimizer = make_minimizer(exact, system);
+  if (is_mixed) {
+    minimizer = make_mixed_newton_minimizer(system, {exact.tolerance, exact.max_iterations},
+                                            std::move(minimizer));
+  }
+  return StaticStepper::make(system, std::move(minimizer), time, std::move(root_finder));
 }
 
 LoadStepping::LoadStepping(StaticStepper& stepper, double largest_increment)
@@ -83,11 +95,14 @@ StepOutcome LoadStepping::advance(const State& from, State& to) {
     // A last increment that would be mere round-off is added to the one before.
     constexpr double kMerged = 1e-9;
     const double next = from.time + increment_ > 1.0 - kMerged ? 1.0 : from.time + increment_;
+    const bool is_quick = increment_ > kLeast && quick_ends_ < kQuickEnds;
+    stepper_.set_divisible(is_quick);
     StepOutcome outcome = stepper_.advance(from, to, next - from.time, next);
     const MinimizerReport& report = outcome.minimizer;
     sum_.iterations += report.iterations;
     sum_.factorizations += report.factorizations;
     sum_.cg_iterations += report.cg_iterations;
+    if (is_quick) quick_ends_ = outcome.ok() ? 0 : quick_ends_ + 1;
     const double move = outcome.ok() ? largest_move(from, to) : 0.0;
     const double rate = move / (next - from.time);
     const bool is_smooth = last_move > 0.0 && move < kSmooth * last_move;

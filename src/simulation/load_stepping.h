@@ -61,6 +61,7 @@ class LoadStepping {
   double rate_ = 0.0;  // at which a coordinate moved in the last step, m; 0: not known
   LoadPath path_;
   MinimizerReport sum_;  // of the attempts of a step
+  int quick_ends_ = 0;   // attempts in a row that failed although they could be divided
   int searches_ = 0;     // for a stable equilibrium beyond the path of Newton's method
 };
 

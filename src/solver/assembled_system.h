@@ -24,6 +24,11 @@ class AssembledSystem {
   /// Assembles the Hessian at x from the elements' shares of Φ, with the negative eigenvalues of
   /// every share set to zero.
   void assemble_projected(const MinimizationProblem& problem, const Vector& x);
+  /// add(pattern, values) adds to the matrix that was assembled last, in the order of the pattern.
+  template <class Add>
+  void add(const Add& add) {
+    add(std::as_const(matrix_->pattern), values_.data());
+  }
   /// Factorises the matrix as it is. Returns false if it is not positive definite.
   bool factorize();
   bool has_factor() const { return has_factor_; }

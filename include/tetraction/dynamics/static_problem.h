@@ -55,6 +55,10 @@ class StaticProblem : public PotentialProblem {
 
   /// Says that the Hessian at the solution need not be examined again, as after a solve that did.
   void set_examined(bool examined) { examined_ = examined; }
+  /// Says that the load step will be tried in parts if no solution is found, so that a solver need not search for
+  /// long.
+  void set_divisible(bool divisible) { divisible_ = divisible; }
+  bool is_divisible() const { return divisible_; }
   /// Infinite, unless the Hessian need not be examined: no inertia keeps the body from buckling.
   double buckling_ratio(const Vector& u) const override;
   bool has_inertia() const override { return false; }
@@ -66,6 +70,7 @@ class StaticProblem : public PotentialProblem {
   Constraints constraints_;
   double factor_ = 1.0;
   bool examined_ = false;
+  bool divisible_ = false;
   std::vector<double> rest_lengths_;  // of distances
   Vector rest_way_;                   // from X to the targets
   Vector rest_gradient_;              // ∇U_c(X)

@@ -23,6 +23,8 @@ class StaticStepper : public Stepper {
   /// although there is a root finder; or not any more. A minimiser finds stable equilibria only, also
   /// far away.
   virtual void set_minimizes(bool minimizes) = 0;
+  /// Says whether a step that fails will be tried in parts (StaticProblem::set_divisible()).
+  virtual void set_divisible(bool divisible) = 0;
   /// The problem of the last step.
   virtual const StaticProblem& problem() const = 0;
 
