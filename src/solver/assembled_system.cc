@@ -12,7 +12,8 @@ namespace tetraction {
 namespace {
 
 constexpr double kSeed = 0.1;  // of the residual asked for: the last solve's residual in this one
-constexpr double kCertain = 1e-6;  // residual at which there is no more to be found
+constexpr double kCertain = 1e-6;         // residual at which there is no more to be found
+constexpr double kRoundOffShift = 1e-11;  // of the diagonal: more than round-off needs
 
 }  // namespace
 
@@ -96,28 +97,82 @@ bool AssembledSystem::factorize_projected(const MinimizationProblem& problem, co
 }
 
 NegativeCurvature AssembledSystem::find_negative_curvature(const MinimizationProblem& problem,
-                                                           const Vector& x) {
+                                                           const Vector& x, int& factorizations) {
   constexpr int kMost = 500;
-  if (!assemble(problem, x) || factorize() || !factorize_projected(problem, x)) return {};
+  ++factorizations;
+  if (!assemble(problem, x) || factorize()) return {};
+  if (!problem.has_inertia()) {
+    set_elements(problem, x);
+    if (factorize_least_shifted(factorizations)) return lowest_curvature();
+  }
+  if (!factorize_projected(problem, x)) return {};
   Vector ignored;
   const CgReport cg =
       solve(pseudo_random(size()), Preconditioner::kFactor, kCertain, kMost, ignored);
-  return cg.negative_curvature ? negative_curvature() : NegativeCurvature();
+  if (!cg.negative_curvature) return {};
+  ++factorizations;
+  NegativeCurvature found = negative_curvature();
+  if (problem.has_inertia()) return found;
+  found.curvature = curvature(found.direction);
+  return found.curvature < 0.0 ? found : NegativeCurvature();
+}
+
+bool AssembledSystem::factorize_shifted_by(double part, const std::vector<double>& exact) {
+  const std::vector<int>& begin = matrix_->pattern.column_begin();
+  for (std::size_t j = 0; j + 1 < begin.size(); ++j) {
+    const auto k = static_cast<std::size_t>(begin[j]);  // the diagonal comes first
+    values_[k] = exact[k] + part * std::abs(exact[k]);
+  }
+  return factorize();
 }
 
 bool AssembledSystem::factorize_shifted() {
   const std::vector<double> exact = values_;
-  const std::vector<int>& begin = matrix_->pattern.column_begin();
   bool done = false;
-  for (double part = 1e-15; part < 1e-11 && !done; part *= 10.0) {
-    for (std::size_t j = 0; j + 1 < begin.size(); ++j) {
-      const auto k = static_cast<std::size_t>(begin[j]);  // the diagonal comes first
-      values_[k] = exact[k] + part * std::abs(exact[k]);
-    }
-    done = factorize();
+  for (double part = 1e-15; part < kRoundOffShift && !done; part *= 10.0) {
+    done = factorize_shifted_by(part, exact);
   }
   values_ = exact;
   return done;
+}
+
+bool AssembledSystem::factorize_least_shifted(int& attempts) {
+  constexpr double kRatio = 4.0;
+  constexpr double kMost = 0.01;
+  const std::vector<double> exact = values_;
+  const auto is_definite = [&](double part) {
+    ++attempts;
+    return factorize_shifted_by(part, exact);
+  };
+  double part = std::max(shift_, kRoundOffShift);
+  if (is_definite(part)) {
+    while (part > kRoundOffShift && is_definite(part / kRatio)) part /= kRatio;
+    if (!has_factor_) is_definite(part);
+  } else {
+    do {
+      part *= kRatio;
+    } while (part <= kMost && !is_definite(part));
+  }
+  shift_ = has_factor_ ? part : 0.0;
+  values_ = exact;
+  return has_factor_;
+}
+
+NegativeCurvature AssembledSystem::lowest_curvature() {
+  constexpr int kIterations = 4;
+  const std::vector<int>& begin = matrix_->pattern.column_begin();
+  Vector diagonal(size());
+  for (Index j = 0; j < size(); ++j) {
+    diagonal[j] = std::abs(values_[static_cast<std::size_t>(begin[static_cast<std::size_t>(j)])]);
+  }
+  Vector direction = pseudo_random(size());
+  for (int i = 0; i < kIterations; ++i) {
+    direction = back_solve(diagonal.cwiseProduct(direction));
+    direction /= direction.norm();
+  }
+  NegativeCurvature found{coordinates_.extend(direction), 0.0};
+  found.curvature = curvature(found.direction);
+  return found.curvature < 0.0 ? found : NegativeCurvature();
 }
 
 void AssembledSystem::set_elements(const MinimizationProblem& problem, const Vector& x) {

@@ -46,13 +46,23 @@ class AssembledSystem {
   /// Factorises the Hessian at x. Where it is not positive definite, looks for a direction of
   /// negative curvature by conjugate gradients on a pseudo-random right-hand side, preconditioned
   /// by the projected factor. Nothing is found where Φ is not defined or the matrix is
-  /// semidefinite.
-  NegativeCurvature find_negative_curvature(const MinimizationProblem& problem, const Vector& x);
+  /// semidefinite. Without inertia it is lowest_curvature(), if the matrix is not too indefinite for that.
+  /// `factorizations` grows by their number.
+  NegativeCurvature find_negative_curvature(const MinimizationProblem& problem, const Vector& x,
+                                            int& factorizations);
 
   /// Factorises the matrix with its diagonal enlarged by the least part, of some round-offs, with which it is
   /// positive definite, as a preconditioner of solve_by_elements(). The matrix itself stays as it is. Returns
   /// false if it is indefinite beyond round-off.
   bool factorize_shifted();
+  /// To be called after factorize() failed. Factorises A + σD, where D is the diagonal and σ, up to a factor of
+  /// four, the least with which the sum is positive definite. The search begins at the last σ. Unlike the projected
+  /// matrix the sum is near A in all directions but those of negative curvature. The matrix itself stays as it
+  /// is. `attempts` grows by the factorisations. Returns false if σ would be above a hundredth.
+  bool factorize_least_shifted(int& attempts);
+  /// The direction of the most negative curvature relative to D, nearly, by inverse iteration with that factor. Its
+  /// curvature is that of the elements at the point of set_elements(). Nothing is found if it is not negative.
+  NegativeCurvature lowest_curvature();
   /// Linearises at x, where Φ must be defined, for solve_by_elements() and curvature(), without viscosity.
   void set_elements(const MinimizationProblem& problem, const Vector& x);
   /// solution ≈ A⁻¹ right by conjugate gradients with products that are evaluated element by element,
@@ -89,6 +99,8 @@ class AssembledSystem {
   // terms_ ← the Hessian of force terms at x, with a place in the pattern for each of its pairs.
   void set_terms(const MinimizationProblem& problem, const Vector& x, HessianForm form);
   void multiply(const Vector& x, Vector& y) const;
+  // Adds a part of the absolute diagonal of `exact` to it and factorises the sum.
+  bool factorize_shifted_by(double part, const std::vector<double>& exact);
   // ∇²Φ d at the point of set_elements().
   Vector product_by_elements(const Vector& d) const;
 
@@ -107,6 +119,7 @@ class AssembledSystem {
   Vector residual_;  // of the last solve
   Vector curved_direction_;
   double curvature_ = 0.0;
+  double shift_ = 0.0;  // of the last factorize_least_shifted()
   SinglePrecisionFactor single_;
   bool has_factor_ = false;
   bool has_single_ = false;

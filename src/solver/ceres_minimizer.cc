@@ -57,7 +57,8 @@ class CeresMinimizer : public Minimizer {
         options_(options),
         y_(Vector::Zero(system.coordinates().count())),
         evaluator_(system, y_),
-        problem_(problem_options()) {
+        problem_(problem_options()),
+        path_(system) {
     check_options(options);
     check_ceres(system);
     add_blocks();
@@ -223,15 +224,14 @@ class CeresMinimizer : public Minimizer {
   // along it.
   bool leave_saddle(const MinimizationProblem& problem, MinimizerReport& report) {
     if (!report.converged() && report.termination != Termination::kNoProgress) return false;
-    ++report.factorizations;
-    const NegativeCurvature way = assembled().find_negative_curvature(problem, at_.u);
+    const NegativeCurvature way =
+        assembled().find_negative_curvature(problem, at_.u, report.factorizations);
     if (!way.found()) return false;
     if (report.iterations >= options_.max_iterations) {
       report.termination = Termination::kIterationLimit;
       return false;
     }
-    ++report.factorizations;
-    if (!follow(problem, way, at_)) return false;
+    if (!follow(problem, way, at_, path(problem))) return false;
     report.met_negative_curvature = true;
     ++report.iterations;
     judge(report);
@@ -250,7 +250,9 @@ class CeresMinimizer : public Minimizer {
       const FreeCoordinates& coordinates = system_.coordinates();
       const Vector direction =
           coordinates.extend(assembled_->back_solve(-coordinates.restrict(at_.force)));
-      if (!line_search_.search(problem, {direction, false, report.residual_limit}, at_)) return;
+      if (!line_search_.search(problem, {direction, false, report.residual_limit, path(problem)},
+                               at_))
+        return;
       judge(report);
     }
   }
@@ -265,6 +267,11 @@ class CeresMinimizer : public Minimizer {
     return *assembled_;
   }
 
+  // Without inertia a minimum may be far away, along a curved valley.
+  TurningPath* path(const MinimizationProblem& problem) {
+    return problem.has_inertia() ? nullptr : &path_;
+  }
+
   const MechanicalSystem& system_;
   MinimizerOptions options_;
   // Ceres' parameter blocks point into it. It holds the free coordinates of the displacement from
@@ -275,6 +282,7 @@ class CeresMinimizer : public Minimizer {
   ceres::Problem problem_;
   ceres::Solver::Options solver_options_;
   Iterate at_;
+  TurningPath path_;
   LineSearch line_search_;
   std::unique_ptr<AssembledSystem> assembled_;  // made when first needed
 };

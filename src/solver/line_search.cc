@@ -1,6 +1,8 @@
 #include "line_search.h"
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 namespace tetraction {
@@ -9,6 +11,16 @@ namespace {
 constexpr double kArmijo = 1e-4;
 // A change of Φ relative to Φ that may be mere round-off.
 constexpr double kRoundOff = 1e-11;
+
+// Begins a path at u. Returns the largest t on it, at most `most`, which is 0 for a translation.
+double begin_path(const MinimizationProblem& problem, const Vector& u, const Vector& direction,
+                  double most, TurningPath& path) {
+  constexpr double kLargest = 2.0;  // |∇d F⁻¹| t of a rotation by 81°
+  const Positions x = problem.hessian_parts(u).positions;
+  path.begin(x.displacement() == nullptr ? x.origin() : Vector(x.origin() + *x.displacement()),
+             direction);
+  return path.rate() > 0.0 ? std::min(most, kLargest / path.rate()) : 0.0;
+}
 
 }  // namespace
 
@@ -25,10 +37,11 @@ bool evaluate(const RootProblem& problem, Iterate& iterate) {
 }
 
 // Tries u + t d for t = longest step, half of it, and so on. A trial point is evaluated if
-// is_worth_trying(t), and then judged by judge(t, trial).
-template <class Problem, class TryAt, class Judge>
+// is_worth_trying(t), and then judged by judge(t, trial). If the longest step is not good enough, turns() may find a
+// point elsewhere.
+template <class Problem, class TryAt, class Judge, class Turn>
 bool LineSearch::halve(const Problem& problem, const Way& way, const TryAt& is_worth_trying,
-                       const Judge& judge, Iterate& iterate) {
+                       const Judge& judge, const Turn& turns, Iterate& iterate) {
   constexpr double kShortest = 1e-6;
   const double longest = problem.longest_step(iterate.u, way.direction, way.elements_are_safe);
   before_.u = iterate.u;
@@ -38,8 +51,22 @@ bool LineSearch::halve(const Problem& problem, const Way& way, const TryAt& is_w
   for (double t = longest; t > kShortest * longest && is_worth_trying(t, longest); t *= 0.5) {
     iterate.u = before_.u + t * way.direction;
     if (evaluate(problem, iterate) && judge(t)) return true;
+    if (t == longest && turns()) return true;
   }
   std::swap(iterate, before_);
+  return false;
+}
+
+// Tries points of the curved way that begins at before_.
+template <class Judge>
+bool LineSearch::turn(const MinimizationProblem& problem, const Way& way, const Judge& judge,
+                      Iterate& iterate) {
+  constexpr double kShortest = 0.05;
+  double t = begin_path(problem, before_.u, way.direction, 1.0, *way.path);
+  for (; t > kShortest; t *= 0.5) {
+    iterate.u = before_.u + way.path->at(t);
+    if (evaluate(problem, iterate) && judge(t)) return true;
+  }
   return false;
 }
 
@@ -49,16 +76,16 @@ bool LineSearch::search(const MinimizationProblem& problem, const Way& way, Iter
   const double phi = iterate.phi;
   const double residual = iterate.residual;
   const auto drowns = [&](double t) { return -t * slope <= kRoundOff * std::abs(phi); };
+  const auto is_good = [&](double t) {
+    const bool lower =
+        drowns(t) ? iterate.residual <= 0.9 * residual : iterate.phi <= phi + kArmijo * t * slope;
+    return lower || iterate.residual <= 0.5 * residual || iterate.residual <= way.residual_limit;
+  };
   return halve(
       problem, way,
       // A step so short that Φ cannot tell is not better than a long one.
-      [&](double t, double longest) { return !drowns(t) || t >= 0.1 * longest; },
-      [&](double t) {
-        const bool lower = drowns(t) ? iterate.residual <= 0.9 * residual
-                                     : iterate.phi <= phi + kArmijo * t * slope;
-        return lower || iterate.residual <= 0.5 * residual ||
-               iterate.residual <= way.residual_limit;
-      },
+      [&](double t, double longest) { return !drowns(t) || t >= 0.1 * longest; }, is_good,
+      [&] { return way.path != nullptr && !drowns(1.0) && turn(problem, way, is_good, iterate); },
       iterate);
 }
 
@@ -70,10 +97,11 @@ bool LineSearch::search(const RootProblem& problem, const Way& way, Iterate& ite
         return iterate.residual <= (1.0 - kArmijo * t) * residual ||
                iterate.residual <= way.residual_limit;
       },
-      iterate);
+      [] { return false; }, iterate);
 }
 
-bool follow(const MinimizationProblem& problem, const NegativeCurvature& way, Iterate& iterate) {
+bool follow(const MinimizationProblem& problem, const NegativeCurvature& way, Iterate& iterate,
+            TurningPath* path) {
   constexpr double kShare = 0.1;
   constexpr double kShortest = 1e-9;
   const double size = problem.length_scale();
@@ -92,13 +120,28 @@ bool follow(const MinimizationProblem& problem, const NegativeCurvature& way, It
     direction = -direction;
     slope = -slope;
   }
+  double longest_turn = 0.0;
+  if (path != nullptr) {
+    longest_turn =
+        begin_path(problem, iterate.u, direction, std::numeric_limits<double>::infinity(), *path);
+  }
   Iterate trial;
+  double sign = 1.0;
+  const auto move = [&](double t) {
+    if (longest_turn > 0.0) {
+      trial.u = iterate.u + path->at(sign * t);
+    } else {
+      trial.u = iterate.u + t * direction;
+    }
+  };
   const auto value = [&](double t, double& result) {
-    trial.u = iterate.u + t * direction;
+    move(t);
     return problem.value(trial.u, result).ok() && std::isfinite(result);
   };
-  for (int sign = 0; sign < 2; ++sign) {
-    for (double t = problem.longest_step(iterate.u, direction, false); t > kShortest; t *= 0.5) {
+  for (int side = 0; side < 2; ++side) {
+    double t =
+        longest_turn > 0.0 ? longest_turn : problem.longest_step(iterate.u, direction, false);
+    for (; t > kShortest; t *= 0.5) {
       const double fall = -t * slope - 0.5 * t * t * curvature;
       if (fall <= kRoundOff * std::abs(iterate.phi)) break;
       double lowest = 0.0;
@@ -108,12 +151,13 @@ bool follow(const MinimizationProblem& problem, const NegativeCurvature& way, It
         lowest = next;
         t *= 0.5;
       }
-      trial.u = iterate.u + t * direction;
+      move(t);
       if (!evaluate(problem, trial)) return false;
       std::swap(iterate, trial);
       return true;
     }
     direction = -direction;
+    sign = -sign;
     slope = -slope;
   }
   return false;

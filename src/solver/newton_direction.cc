@@ -185,7 +185,8 @@ bool NewtonDirection::without_matrix(const MinimizationProblem& problem, const V
     cg = solve_in(double_precision_cg());
   }
   cost_of_step_ += p.newton;
-  if (curvature_.found()) ++slow_;
+  // Without inertia the lowest mode shows the way from a saddle, and a factor finds it.
+  if (curvature_.found()) slow_ += problem.has_inertia() ? 1 : kPatience + 1;
   if (failed() && options_.linear == LinearSolver::kAuto) {
     current_ = LinearSolver::kFactor;
     regret_ = 0.0;
@@ -291,8 +292,7 @@ bool NewtonDirection::probe_matrix(const MinimizationProblem& problem, const Vec
     stale_ = false;
     regret_ = 0.0;
     if (!problem.has_inertia()) return probe_by_elements(problem, x, report);
-    curvature_ = matrix.find_negative_curvature(problem, x);
-    report.factorizations += curvature_.found() ? 2 : 1;
+    curvature_ = matrix.find_negative_curvature(problem, x, report.factorizations);
     return curvature_.found();
   }
   if (!matrix.assemble(problem, x)) return false;
@@ -325,9 +325,8 @@ bool NewtonDirection::probe_by_elements(const MinimizationProblem& problem, cons
     if (cg.negative_curvature) curvature_ = matrix.negative_curvature();
     return curvature_.found();
   }
-  curvature_ = matrix.find_negative_curvature(problem, x);
   stale_ = true;
-  if (curvature_.found()) take_true_curvature();
+  curvature_ = matrix.find_negative_curvature(problem, x, report.factorizations);
   return curvature_.found();
 }
 
@@ -442,8 +441,14 @@ bool NewtonDirection::by_elements(const MinimizationProblem& problem, const Vect
   if (useful && !solve(kWithNew).negative_curvature) return true;
   if (useful) curvature_ = matrix.negative_curvature();
   definite_ = false;
-  ++report.factorizations;
   stale_ = true;
+  if (matrix.factorize_least_shifted(report.factorizations)) {
+    const NegativeCurvature lowest = matrix.lowest_curvature();
+    if (lowest.found()) curvature_ = lowest;
+    direction = system_.coordinates().extend(matrix.back_solve(right));
+    return true;
+  }
+  ++report.factorizations;
   if (!matrix.factorize_projected(problem, x)) return false;
   const CgReport cg =
       matrix.solve(right, AssembledSystem::Preconditioner::kFactor, kCurved, kMost, solution);

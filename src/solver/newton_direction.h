@@ -45,6 +45,8 @@ class NewtonDirection {
   /// Assumption 3).
   bool find_negative_curvature(const MinimizationProblem& problem, const Vector& x,
                                MinimizerReport& report);
+  /// Whether the body is small enough for a further factor of the size of its matrix, or uses one anyway.
+  bool affords_factor() const { return system_.part() == nullptr && !prefers_double_cg(); }
   /// Whether it is known that no element is inverted on the way along the last direction.
   bool is_safe() const { return safe_; }
   /// To be called after a step that converged in this number of iterations.

@@ -13,7 +13,7 @@ namespace {
 class NewtonMinimizer : public Minimizer {
  public:
   NewtonMinimizer(const MechanicalSystem& system, const NewtonOptions& options)
-      : options_(options), linear_(system, options) {
+      : options_(options), linear_(system, options), path_(system) {
     check_options(options);
   }
 
@@ -80,8 +80,8 @@ class NewtonMinimizer : public Minimizer {
   }
 
   bool search(const MinimizationProblem& problem, MinimizerReport& report) {
-    const bool found =
-        line_search_.search(problem, {direction_, linear_.is_safe(), report.residual_limit}, at_);
+    const bool found = line_search_.search(
+        problem, {direction_, linear_.is_safe(), report.residual_limit, path(problem)}, at_);
     report.residual = at_.residual;
     return found;
   }
@@ -96,6 +96,8 @@ class NewtonMinimizer : public Minimizer {
     constexpr double kStep = 15.0;   // … and of a step, in iterations of conjugate gradients
     credit_ += kShare * (kStep + kNewton * report.iterations + report.cg_iterations);
     const bool may_buckle = buckles(problem);
+    // Where no step makes progress, the last direction began at the end.
+    if (!problem.has_inertia() && !report.converged() && linear_.is_definite()) return false;
     if (met_curvature_ || !report.converged()) return true;
     if (linear_.is_definite()) return false;
     // The first guess was good enough, as for a body at rest.
@@ -130,13 +132,19 @@ class NewtonMinimizer : public Minimizer {
 
   // Moves to a lower point along the direction of negative curvature that was found.
   bool leave(const MinimizationProblem& problem, MinimizerReport& report) {
-    const bool left = follow(problem, linear_.negative_curvature(), at_);
+    const bool left = follow(problem, linear_.negative_curvature(), at_, path(problem));
     report.residual = at_.residual;
     return left;
   }
 
+  // Without inertia a minimum may be far away, along a curved valley.
+  TurningPath* path(const MinimizationProblem& problem) {
+    return !problem.has_inertia() && linear_.affords_factor() ? &path_ : nullptr;
+  }
+
   NewtonOptions options_;
   NewtonDirection linear_;
+  TurningPath path_;
   LineSearch line_search_;
   double first_forcing_ = ForcingTerm::kFirst;
   bool met_curvature_ = false;   // in this minimisation

@@ -25,7 +25,8 @@ struct NewtonOptions : MinimizerOptions {
 /// solved with a matrix that is made positive semidefinite, and the iteration then follows that
 /// direction as long as Φ falls. The method stops at |Tᵀ∇Φ| ≤ NonlinearProblem::residual_limit(). If that
 /// point may be a saddle, it looks for negative curvature in the Hessian there and continues if it
-/// finds any. docs/theory.md says when it looks, and what that guarantees.
+/// finds any. docs/theory.md says when it looks, and what that guarantees. A problem without inertia is also searched
+/// along curved ways, on which parts of the body turn without being stretched.
 ///
 /// The factor of kFactor is kept across iterations and steps. It is made anew when the iterations
 /// of conjugate gradients beyond the third have cost as much as a factorisation since the last one.
