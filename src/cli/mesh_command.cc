@@ -100,9 +100,9 @@ void add_info(CLI::App& parent) {
     const TetMesh mesh = read_mesh(*file, 1.0, unused);
     if (*json) {
       // Names of files and groups need not be UTF-8, which JSON must be.
-      write_json_result(
-          mesh_json(mesh, unused).dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) +
-          "\n");
+      write_json_result(mesh_json(mesh, unused)
+                            .dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) +
+                        "\n");
     } else {
       print_mesh_table(mesh, unused);
     }

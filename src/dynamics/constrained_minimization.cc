@@ -24,19 +24,42 @@ ConstrainedMinimization::ConstrainedMinimization(PotentialProblem& problem,
 
 bool ConstrainedMinimization::minimize(const Vector& from, StepOutcome& outcome) {
   if (!problem_.constraints().has_equations()) return solve(outcome);
-  if (direction_ == ConstraintDirection::kEnd) {
-    const Vector start = u_;
-    if (solve_saddle_point(outcome)) return true;
-    if (!problem_.has_inertia() || outcome.obstacle == StepObstacle::kViscosity) return false;
-    // Round-off of the stiff constraints may hide the forces of soft elements. Constant forces have none.
+  const auto solve_in_rounds = [&](int most_rounds) {
+    return solve_with_multipliers(
+        from, outcome, [&] { return is_solved(outcome) || solve(outcome); }, {}, most_rounds);
+  };
+  if (direction_ != ConstraintDirection::kEnd) return solve_in_rounds(kRounds);
+  if (!problem_.has_inertia()) return solve_saddle_point(outcome);
+  // Where rounds settle soon, they take less time than the search for a saddle point.
+  constexpr int kFewRounds = 8;
+  const Vector start = u_;
+  const Vector force = constraint_force_;
+  const auto is_hopeless = [&] {
+    if (outcome.obstacle == StepObstacle::kViscosity) return true;
     u_ = start;
+    constraint_force_ = force;
     problem_.set_constraint_potential(nullptr);
     outcome.status = StepStatus::kOk;
     outcome.message.clear();
     outcome.obstacle = StepObstacle::kSolver;
-  }
-  return solve_with_multipliers(from, outcome,
-                                [&] { return is_solved(outcome) || solve(outcome); });
+    return false;
+  };
+  if (solve_in_rounds(kFewRounds) && is_minimum_on_constraints()) return true;
+  if (is_hopeless()) return false;
+  if (solve_saddle_point(outcome)) return true;
+  // Round-off of the stiff constraints may hide the forces of soft elements. Constant forces have none.
+  if (is_hopeless()) return false;
+  return solve_in_rounds(kRounds);
+}
+
+// Whether the solution of the rounds is a minimum. With the Hessian H of the function, the response R = BᵀH⁻¹B and
+// the curvature C = Σ λ_i ∂²g_i of the equations, H − BCBᵀ is positive definite if the norm of RC is below one,
+// because H is.
+bool ConstrainedMinimization::is_minimum_on_constraints() const {
+  constexpr double kSafe = 0.5;  // the response is that of an earlier position
+  const Constraints& constraints = problem_.constraints();
+  const Matrix response = constraints.selector().transpose() * influence_;
+  return (response * constraints.curvature(multipliers_)).norm() < kSafe;
 }
 
 // u_ ← the minimiser, beginning at u_. If Φ contains an estimate of the strain rate, the estimate
@@ -106,27 +129,32 @@ bool ConstrainedMinimization::newton_correction(Vector& correction) {
 }
 
 // Each round solves the problem with constant constraint forces, and moves to the multipliers of the problem
-// linearised there. The displacements under unit forces are kept as long as the rounds gain with them, also for
+// linearised there. The forces of the first rounds are wrong, and so are their solutions, however small residuals
+// are. The displacements under unit forces are kept as long as the rounds gain with them, also for
 // the next steps, because they change slowly.
 bool ConstrainedMinimization::solve_with_multipliers(const Vector& from, StepOutcome& outcome,
                                                      const std::function<bool()>& solve,
-                                                     const std::function<void()>& linearize) {
-  constexpr int kRounds = 60;
+                                                     const std::function<void()>& linearize,
+                                                     int most_rounds) {
   constexpr double kAccepted = 1e-12;  // of g, and of the configuration relative to its lengths
   constexpr double kStalled = 1e-10;   // the same where round-off keeps it from falling
   constexpr double kGain = 0.2;
+  constexpr double kFirst = 1e5;  // residuals of the first two rounds, in limits
+  constexpr double kSecond = 10.0;
   const Constraints& constraints = problem_.constraints();
   const Vector start = constraints.configuration(from);
   const Vector lengths = constraints.configuration_lengths();
-  Vector force = constraint_force_.size() > 0 ? constraint_force_
-                                              : Vector::Zero(constraints.configuration_size());
+  const Vector last = constraint_force_;
+  Vector force = last.size() > 0 ? last : Vector::Zero(constraints.configuration_size());
+  if (last.size() > 0 && force_before_.size() > 0) force = 2.0 * last - force_before_;
   Vector multipliers;
   Vector predicted;
   double before = std::numeric_limits<double>::infinity();
   double least = before;
-  for (int round = 0; round < kRounds; ++round) {
+  for (int round = 0; round < most_rounds; ++round) {
     apply_constraint_force(force);
-    if (!solve()) return false;
+    if (!solve_roughly(round == 0 ? kFirst : (round == 1 ? kSecond : 1.0), solve, outcome))
+      return false;
     const Vector way = constraints.configuration((problem_.origin() - from) + u_);
     const Vector end = start + stretch_ * way;
     double error = constraints.values(end).cwiseAbs().maxCoeff();
@@ -134,6 +162,8 @@ bool ConstrainedMinimization::solve_with_multipliers(const Vector& from, StepOut
       error = std::max(error, (end - predicted).cwiseQuotient(lengths).cwiseAbs().maxCoeff());
       if (error <= kAccepted || (error <= kStalled && !(error < 0.5 * least))) {
         constraint_force_ = force;
+        force_before_ = last;
+        multipliers_ = multipliers;
         return true;
       }
     }
@@ -159,9 +189,23 @@ bool ConstrainedMinimization::solve_with_multipliers(const Vector& from, StepOut
     force = solution.forces;
   }
   outcome.status = StepStatus::kNotConverged;
-  outcome.message = fmt::format("the multipliers did not settle in {} rounds", kRounds);
+  outcome.message = fmt::format("the multipliers did not settle in {} rounds", most_rounds);
   outcome.obstacle = StepObstacle::kConstraints;
   return false;
+}
+
+// Solves the problem up to residuals of so many times their limit.
+bool ConstrainedMinimization::solve_roughly(double roughness, const std::function<bool()>& solve,
+                                            StepOutcome& outcome) {
+  problem_.set_roughness(roughness);
+  const bool is_solved = solve();
+  problem_.set_roughness(1.0);
+  MinimizerReport& report = outcome.minimizer;
+  report.asked_limit /= roughness;
+  if (roughness > 1.0) {
+    report.residual_limit = std::max(report.asked_limit, problem_.round_off(u_));
+  }
+  return is_solved;
 }
 
 // influence_ ← the free coordinates' displacements under unit forces on the configuration.
@@ -249,13 +293,19 @@ bool ConstrainedMinimization::solve_saddle_point(StepOutcome& outcome) {
   const Constraints& constraints = problem_.constraints();
   const double infinity = std::numeric_limits<double>::infinity();
   const Vector known = multipliers_;
+  const Vector known_stiffness = potential_.stiffness();
+  // A shorter step begins as this one did.
+  const auto forget_failure = [&] {
+    multipliers_ = known;
+    potential_.restore_stiffness(known_stiffness);
+  };
   Vector least;  // the last minimiser
   Vector least_multipliers;
   double violated_before = infinity;
   for (int i = 0; i < kMinimizations; ++i) {
     add_constraint_potential();
     if (!solve(outcome)) {
-      multipliers_ = known;
+      forget_failure();
       return false;
     }
     least = u_;
@@ -292,12 +342,12 @@ bool ConstrainedMinimization::solve_saddle_point(StepOutcome& outcome) {
     u_ = least;
     multipliers_ = least_multipliers;
   }
-  multipliers_ = known;
   outcome.status = StepStatus::kNotConverged;
   Index worst = 0;
   potential_.values(u_).cwiseAbs().maxCoeff(&worst);
   outcome.message = cannot_be_met(constraints, worst);
   outcome.obstacle = StepObstacle::kConstraints;
+  forget_failure();
   return false;
 }
 

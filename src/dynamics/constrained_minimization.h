@@ -37,7 +37,8 @@ class ConstrainedMinimization {
   /// problem has. `linearize` is called before the minimiser solves linearised equations.
   bool solve_with_multipliers(const Vector& from, StepOutcome& outcome,
                               const std::function<bool()>& solve,
-                              const std::function<void()>& linearize = {});
+                              const std::function<void()>& linearize = {},
+                              int most_rounds = kRounds);
   /// Adds the potential of the constraints' equations to the problem, with the multipliers of the last
   /// solution. To be called after the problem's begin() if values of its function are to contain it.
   void add_constraint_potential();
@@ -59,12 +60,17 @@ class ConstrainedMinimization {
   /// Forgets them, so that the next minimisation does not begin with them.
   void forget() {
     constraint_force_.resize(0);
+    force_before_.resize(0);
     multipliers_.resize(0);
     influence_.resize(0, 0);
   }
 
  private:
+  static constexpr int kRounds = 60;
+
   bool is_solved(StepOutcome& outcome);
+  bool is_minimum_on_constraints() const;
+  bool solve_roughly(double roughness, const std::function<bool()>& solve, StepOutcome& outcome);
   bool find_influence(StepOutcome& outcome);
   bool solve_saddle_point(StepOutcome& outcome);
   bool take_saddle_point();
@@ -82,6 +88,7 @@ class ConstrainedMinimization {
   ConstraintDirection direction_;
   Vector u_;
   Vector constraint_force_;
+  Vector force_before_;  // the same of the minimisation before it; empty: not known
   Matrix influence_;  // of forces on the configuration on free coordinates, m/N; empty: not known
   ConstraintPotential potential_;
   Vector multipliers_;  // of potential_; empty: not known

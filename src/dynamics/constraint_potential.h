@@ -28,6 +28,9 @@ class ConstraintPotential {
                      const Vector& coefficient);
   bool has_stiffness() const { return stiffness_.size() == constraints_.equation_count(); }
   void multiply_stiffness(double factor) { stiffness_ *= factor; }
+  const Vector& stiffness() const { return stiffness_; }
+  /// Sets a stiffness() of earlier, which may be empty.
+  void restore_stiffness(const Vector& stiffness) { stiffness_ = stiffness; }
   void set_multipliers(const Vector& multipliers) { multipliers_ = multipliers; }
   const Vector& multipliers() const { return multipliers_; }
   /// The displacements of values() and the other functions begin here, m.

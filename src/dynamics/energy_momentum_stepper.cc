@@ -169,7 +169,7 @@ class EnergyMomentumStepper : public ImplicitStepper {
       outcome.message = report.message;
       return false;
     }
-    const bool is_exact = polish(outcome);
+    const bool is_exact = step_.roughness() > 1.0 || polish(outcome);
     if (system_.has_load_of_position()) step_.take_loads(solve_.u());
     return is_exact;
   }

@@ -1,6 +1,7 @@
 #include "tetraction/fem/sparsity_pattern.h"
 
 #include <algorithm>
+#include <array>
 #include <cstdint>
 #include <limits>
 #include <map>
@@ -13,6 +14,10 @@
 
 namespace tetraction {
 namespace {
+
+// Of the coordinates of two vertices.
+using SharedColumns = Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, 12>;
+using SharedBlock = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 12, 12>;
 
 // For every vertex, the vertex that represents its free coordinates, its *owner*. A vertex with free
 // coordinates of its own is its own owner. The vertices of an affine set have its first vertex as
@@ -192,26 +197,31 @@ int SparsityPattern::find(int row, int column) const {
   return static_cast<int>(std::lower_bound(begin, end, row) - row_.begin());
 }
 
-// values += the lower triangle of rowsᵀ block columns. The caller calls it for both orders of two
-// vertices. The entries above the diagonal, which one call leaves out, are added below the diagonal
-// by the other.
-void SparsityPattern::scatter_block(const FreeCoordinates::VertexMap& rows,
-                                    const FreeCoordinates::VertexMap& columns, const Matrix3& block,
-                                    double* values) const {
-  for (int j = 0; j < columns.count; ++j) {
-    const int column = columns.first + j;
-    const int first = std::max(rows.first, column);
-    if (first >= rows.first + rows.count) continue;
-    const Vector3 image = block * columns.columns.col(j);
+// values += the lower triangle of the block that begins in this row and column.
+void SparsityPattern::scatter_block(int first_row, int first_column,
+                                    const Eigen::Ref<const Matrix>& block, double* values) const {
+  for (Index j = 0; j < block.cols(); ++j) {
+    const int column = first_column + static_cast<int>(j);
     // The rows of a vertex are beside each other in every column that has them.
     double* place = nullptr;
-    for (int row = first; row < rows.first + rows.count; ++row) {
-      const double entry = rows.columns.col(row - rows.first).dot(image);
+    for (Index i = std::max<Index>(0, column - first_row); i < block.rows(); ++i) {
+      const double entry = block(i, j);
       if (entry == 0.0) continue;
+      const int row = first_row + static_cast<int>(i);
       if (place == nullptr) place = values + find(row, column) - row;
       place[row] += entry;
     }
   }
+}
+
+// The caller calls it for both orders of two vertices. The entries above the diagonal, which one call leaves out,
+// are added below the diagonal by the other.
+void SparsityPattern::scatter_mapped(const FreeCoordinates::VertexMap& rows,
+                                     const FreeCoordinates::VertexMap& columns,
+                                     const Matrix3& block, double* values) const {
+  const SharedColumns image = block.lazyProduct(columns.columns);
+  scatter_block(rows.first, columns.first, SharedBlock(rows.columns.transpose().lazyProduct(image)),
+                values);
 }
 
 void SparsityPattern::scatter(Index e, const Eigen::Ref<const Matrix>& local,
@@ -226,13 +236,37 @@ void SparsityPattern::scatter(Index e, const Eigen::Ref<const Matrix>& local,
         values);
     return;
   }
-  std::vector<FreeCoordinates::VertexMap> maps;
-  for (const Index v : rest_.nodes(e)) maps.push_back(coordinates_.map(v));
-  for (std::size_t a = 0; a < maps.size(); ++a) {
-    for (std::size_t b = 0; b < maps.size(); ++b) {
-      scatter_block(maps[a], maps[b],
-                    local.block<3, 3>(3 * static_cast<Index>(a), 3 * static_cast<Index>(b)),
-                    values);
+  scatter_shared(e, local, values);
+}
+
+// Vertices of a rigid handle share their coordinates. Their blocks are added up before they are added to the matrix.
+void SparsityPattern::scatter_shared(Index e, const Eigen::Ref<const Matrix>& local,
+                                     double* values) const {
+  constexpr std::size_t kMostNodes = 10;
+  struct Coordinates {
+    int first = 0;
+    Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 3 * kMostNodes, 12> columns;
+  };
+  std::array<Coordinates, kMostNodes> all;
+  std::size_t count = 0;
+  const ElementNodes nodes = rest_.nodes(e);
+  for (std::size_t a = 0; a < nodes.size(); ++a) {
+    const FreeCoordinates::VertexMap map = coordinates_.map(nodes[a]);
+    if (map.count == 0) continue;
+    std::size_t i = 0;
+    while (i < count && all[i].first != map.first) ++i;
+    if (i == count) {
+      all[count].first = map.first;
+      all[count].columns.setZero(local.rows(), map.count);
+      ++count;
+    }
+    all[i].columns.middleRows<3>(3 * static_cast<Index>(a)) = map.columns;
+  }
+  for (std::size_t c = 0; c < count; ++c) {
+    const Matrix image = local * all[c].columns;
+    for (std::size_t r = 0; r < count; ++r) {
+      if (all[r].first < all[c].first) continue;
+      scatter_block(all[r].first, all[c].first, all[r].columns.transpose() * image, values);
     }
   }
 }
@@ -241,7 +275,7 @@ void SparsityPattern::add_vertex_blocks(const Matrix& blocks, double* values) co
   for (Index v = 0; v < coordinates_.vertex_count(); ++v) {
     if (coordinates_.is_fully_prescribed(v)) continue;
     const FreeCoordinates::VertexMap map = coordinates_.map(v);
-    scatter_block(map, map, blocks.middleCols<3>(3 * v), values);
+    scatter_mapped(map, map, blocks.middleCols<3>(3 * v), values);
   }
 }
 
@@ -272,8 +306,8 @@ void SparsityPattern::add_pair_block(Index i, Index j, const Matrix3& block, dou
   }
   const FreeCoordinates::VertexMap rows = coordinates_.map(i);
   const FreeCoordinates::VertexMap columns = coordinates_.map(j);
-  scatter_block(rows, columns, block, values);
-  scatter_block(columns, rows, block.transpose(), values);
+  scatter_mapped(rows, columns, block, values);
+  scatter_mapped(columns, rows, block.transpose(), values);
 }
 
 }  // namespace tetraction

@@ -58,6 +58,9 @@ class PotentialProblem : public MinimizationProblem {
   /// Adds the augmented Lagrangian's part of the constraints' equations to Φ (null: none). It must live as long
   /// as it is used, and its origin follows that of the problem.
   void set_constraint_potential(ConstraintPotential* potential);
+  /// Lets solvers stop at residuals that are so many times larger, for a first approximation.
+  void set_roughness(double roughness) { roughness_ = roughness; }
+  double roughness() const { return roughness_; }
 
   /// Loads that depend on positions are constant in Φ: w f₀ with a weight w. This is what is missing of the
   /// equations with the loads at x = o + u: residual += w (f₀ − f(x)).
@@ -117,7 +120,7 @@ class PotentialProblem : public MinimizationProblem {
   /// both.
   double square_value() const override;
 
-  double force_scale() const override { return force_scale_; }
+  double force_scale() const override { return roughness_ * force_scale_; }
   /// The estimate is
   ///
   ///     ½ε (|k u|₂ + |Tᵀl|₂ + K max|u| + K_L),
@@ -182,6 +185,7 @@ class PotentialProblem : public MinimizationProblem {
   double time_ = 0.0;   // of potentials
   std::optional<TimeSpan> span_;
   double force_scale_ = 0.0;
+  double roughness_ = 1.0;
   double load_norm_ = 0.0;  // |Tᵀ l|₂
   mutable Vector full_;     // work space
   mutable Vector velocity_;

@@ -68,9 +68,12 @@ class SparsityPattern {
   friend struct BlockAccess;  // the fast loops of the library (src/fem/element_blocks.h)
 
   int find(int row, int column) const;
-  void scatter_block(const FreeCoordinates::VertexMap& rows,
-                     const FreeCoordinates::VertexMap& columns, const Matrix3& block,
+  void scatter_block(int first_row, int first_column, const Eigen::Ref<const Matrix>& block,
                      double* values) const;
+  void scatter_mapped(const FreeCoordinates::VertexMap& rows,
+                      const FreeCoordinates::VertexMap& columns, const Matrix3& block,
+                      double* values) const;
+  void scatter_shared(Index e, const Eigen::Ref<const Matrix>& local, double* values) const;
 
   FreeCoordinates coordinates_;
   const RestState& rest_;
