@@ -442,12 +442,6 @@ bool NewtonDirection::by_elements(const MinimizationProblem& problem, const Vect
   if (useful) curvature_ = matrix.negative_curvature();
   definite_ = false;
   stale_ = true;
-  if (matrix.factorize_least_shifted(report.factorizations)) {
-    const NegativeCurvature lowest = matrix.lowest_curvature();
-    if (lowest.found()) curvature_ = lowest;
-    direction = system_.coordinates().extend(matrix.back_solve(right));
-    return true;
-  }
   ++report.factorizations;
   if (!matrix.factorize_projected(problem, x)) return false;
   const CgReport cg =
