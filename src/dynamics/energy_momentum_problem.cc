@@ -108,24 +108,33 @@ double DiscreteGradientStep::longest_step_of_end(const Vector& u, const Vector& 
 }
 
 void DiscreteGradientStep::linearize(const Vector& u) {
-  // A bound for half of the change of F in the step up to which C at x is near the mean of C at both
-  // ends. A rotation by 0.2 has the change 0.14.
-  constexpr double kFew = 0.2;
   point_ = u;
   move(u);
   point_way_ = way_;
-  at_end_ = false;
-  const RestState& rest = system_.rest();
-  for (Index i = 0; i < rest.point_count() && !at_end_; ++i) {
-    const RestState::Shape::NodeMatrix ways = rest.gather_relative(way_, i);
-    at_end_ = ways.norm() * slenderness_[static_cast<std::size_t>(i)] > kFew;
-  }
+  at_end_ = is_far_from_middle();
   set_rate_estimate(u);
   const bool with_loads = system_.has_load_of_position();
   set_with_load_stiffness(false);
   term_hessian(u, HessianForm::kExact, terms_);
   set_with_load_stiffness(with_loads);
   if (with_loads) load_stiffness(u, load_stiffness_);
+}
+
+// C at x is less than the mean of C at both ends by AᵀA, where A is half of the change of F. The body would be
+// compressed by this strain at x, although it is not: the stress may make ∇²Φ indefinite where ∂r/∂u is not.
+bool DiscreteGradientStep::is_far_from_middle() const {
+  constexpr double kFew = 0.2;  // |A|; a rotation by 0.2 has 0.14
+  const double inertia = system_.total_mass() / (volume_ * step_ * step_);
+  const RestState& rest = system_.rest();
+  for (Index i = 0; i < rest.point_count(); ++i) {
+    const double slenderness = slenderness_[static_cast<std::size_t>(i)];
+    const double change = rest.gather_relative(way_, i).norm() * slenderness;
+    if (change > kFew) return true;
+    const LameParameters lame = system_.lame(rest.element_of(i));
+    const double stress = (lame.lambda + 2.0 * lame.mu) * change * change;
+    if (stress * slenderness * slenderness > inertia) return true;
+  }
+  return false;
 }
 
 void DiscreteGradientStep::multiply(const Vector& d, Vector& product) const {

@@ -53,6 +53,8 @@ class DiscreteGradientStep : public StepProblem {
   // Evaluates internal_ after move(), unless it is known there.
   EvaluationStatus evaluate_internal(const Vector& u) const;
   bool terms_are_defined(const Vector& u) const;
+  // Whether the Hessian at x, after move(), would be a bad approximation.
+  bool is_far_from_middle() const;
 
   DiscreteGradient gradient_;
   double start_time_ = 0.0;

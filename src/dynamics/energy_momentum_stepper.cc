@@ -39,6 +39,7 @@ class EnergyMomentumStepper : public ImplicitStepper {
   void reset() override {
     ImplicitStepper::reset();
     best_guess_ = -1;
+    floor_ = 0.0;
   }
 
  private:
@@ -178,10 +179,13 @@ class EnergyMomentumStepper : public ImplicitStepper {
   // residual is. Fails if the energy is above what a step may add.
   bool polish(StepOutcome& outcome) {
     constexpr int kRounds = 3;
+    constexpr double kFloorMargin = 2.0;
     double share = energy_share_of_residual();
     for (int i = 0; i < kRounds && std::max(share, angular_share_) > kEnergyShare; ++i) {
       const MinimizerReport reached = outcome.minimizer;
-      if (!(reached.asked_limit > 0.0) || reached.residual <= step_.round_off(solve_.u())) break;
+      const double round_off = step_.round_off(solve_.u());
+      if (!(reached.asked_limit > 0.0) || reached.limited_by_round_off()) break;
+      if (reached.residual <= std::max(1.0, floor_) * round_off) break;
       const Vector u = solve_.u();
       equations_.set_accuracy(0.3 * reached.residual / reached.asked_limit *
                               std::min(1.0, kEnergyShare / std::max(share, angular_share_)));
@@ -193,13 +197,18 @@ class EnergyMomentumStepper : public ImplicitStepper {
       all.residual_limit = reached.residual_limit;
       all.asked_limit = reached.asked_limit;
       all.message = reached.message;
+      // What is left is round-off.
+      const bool is_at_floor = report.termination == Termination::kNoProgress &&
+                               report.residual <= kRoundOffMargin * round_off;
+      if (is_at_floor)
+        floor_ = std::min(kFloorMargin * report.residual / round_off, kRoundOffMargin);
       if (!(report.residual < reached.residual)) {
         solve_.u() = u;
         all.residual = reached.residual;
         break;
       }
       share = energy_share_of_residual();
-      if (report.termination == Termination::kNoProgress) break;  // what is left is round-off
+      if (report.termination == Termination::kNoProgress) break;
     }
     // Near rest the energies themselves are so small that round-off is a share of them. Such a step is
     // as exact as it can be, and its residual is counted as limited by round-off.
@@ -329,6 +338,7 @@ class EnergyMomentumStepper : public ImplicitStepper {
   double angular_share_ = 0.0;  // that the residual adds to the angular momentum of a free body
   int best_guess_ = -1;         // of the last step
   double residual_of_guess_ = 0.0;
+  double floor_ = 0.0;  // residuals from which polish() could get no further, relative to round-off
   int steps_with_guess_ = 0;  // since all were compared
   Vector trial_residual_;
 };

@@ -101,6 +101,8 @@ class NewtonRootFinder : public RootFinder {
   // Whether a direction of more digits can be had, after the last one made no progress.
   virtual bool refine() = 0;
   virtual void accept() {}
+  // Whether directions of more digits are asked for in the iteration that goes on.
+  bool is_refined() const { return is_refined_; }
 
   Iterate at_;
   Vector direction_;  // 3 per vertex
@@ -111,6 +113,7 @@ class NewtonRootFinder : public RootFinder {
     ForcingTerm forcing(first_forcing_);
     const bool first_may_do = !problem.is_loaded(at_.u);
     int slow = 0;
+    is_refined_ = false;
     while (!is_small_enough(report, first_may_do)) {
       if (report.iterations >= options_.max_iterations) {
         report.termination = Termination::kIterationLimit;
@@ -123,9 +126,14 @@ class NewtonRootFinder : public RootFinder {
                          move_along(problem, report);
       report.residual = at_.residual;
       slow = found && is_round_off(problem, at_, before) ? slow + 1 : 0;
-      if (!found || slow >= kSlow) {
+      const bool is_at_floor = slow > 0 && at_.residual <= floor_ * problem.round_off(at_.u);
+      if (!found || slow >= kSlow || is_at_floor) {
         slow = 0;
-        if (refine()) continue;
+        if (!is_at_floor && refine()) {
+          is_refined_ = true;
+          continue;
+        }
+        if (!is_at_floor) enter_floor(at_.residual / problem.round_off(at_.u));
         report.termination = Termination::kNoProgress;
         return;
       }
@@ -144,6 +152,12 @@ class NewtonRootFinder : public RootFinder {
     constexpr double kLittle = 0.5;
     return at.residual > kLittle * before &&
            at.residual <= kRoundOffMargin * problem.round_off(at.u);
+  }
+
+  // Remembers where round-off ended an iteration, relative to the estimate. Later iterations end there at once.
+  void enter_floor(double ratio) {
+    constexpr double kAbove = 1.5;
+    if (ratio <= kRoundOffMargin) floor_ = std::min(kAbove * ratio, kRoundOffMargin);
   }
 
   // Moves at_ along direction_. The measure of a trial point is |r| if the longest step lowers it well.
@@ -183,6 +197,8 @@ class NewtonRootFinder : public RootFinder {
   MinimizerOptions options_;
   LineSearch line_search_;
   double first_forcing_ = ForcingTerm::kFirst;
+  double floor_ = 0.0;  // residuals that were round-off, relative to the estimate
+  bool is_refined_ = false;
 };
 
 // Solves (∂r/∂u) d = −r by GMRES with a kept factor as its preconditioner.
@@ -319,7 +335,7 @@ class KrylovRootFinder : public NewtonRootFinder {
     // In steps that turn or strain the body much the Hessian changes with each iteration and is often
     // indefinite. A factor then serves one direction only.
     constexpr int kLastsInStep = 4;  // factors in a step
-    if (report.factorizations > kLastsInStep) linear_.leave_factor();
+    if (report.factorizations > kLastsInStep && !is_refined()) linear_.leave_factor();
     const FreeCoordinates& coordinates = problem.coordinates();
     MinimizerReport inner;
     inner.residual = report.residual;
