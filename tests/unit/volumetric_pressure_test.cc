@@ -104,7 +104,7 @@ INSTANTIATE_TEST_SUITE_P(
                     Case{"nodal_quadratic_law", false, VolumeRule::kNodal,
                          VolumetricPart::kQuadratic},
                     Case{"quadratic", true, VolumeRule::kElement, VolumetricPart::kLogarithmic}),
-    [](const auto& info) { return info.param.name; });
+    [](const auto& test) { return test.param.name; });
 
 TEST(VolumetricPressure, DominatesWhereTheRatioIsReachedSomewhere) {
   const Case kind{"", false, VolumeRule::kElement, VolumetricPart::kLogarithmic};
