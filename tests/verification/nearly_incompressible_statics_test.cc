@@ -98,11 +98,11 @@ TEST_P(NearlyIncompressible, ABeamIsBentFar) {
 INSTANTIATE_TEST_SUITE_P(Rubber, NearlyIncompressible,
                          testing::Combine(testing::Values(Kind::kNodal, Kind::kQuadratic),
                                           testing::Values(0.499, 0.4999)),
-                         [](const auto& info) {
-                           return std::string(std::get<0>(info.param) == Kind::kNodal
+                         [](const auto& test) {
+                           return std::string(std::get<0>(test.param) == Kind::kNodal
                                                   ? "nodal"
                                                   : "quadratic") +
-                                  "_" + (std::get<1>(info.param) > 0.4995 ? "0_4999" : "0_499");
+                                  "_" + (std::get<1>(test.param) > 0.4995 ? "0_4999" : "0_499");
                          });
 
 }  // namespace
