@@ -30,8 +30,10 @@ bool ConstrainedMinimization::minimize(const Vector& from, StepOutcome& outcome)
   };
   if (direction_ != ConstraintDirection::kEnd) return solve_in_rounds(kRounds);
   if (!problem_.has_inertia()) return solve_saddle_point(outcome);
-  // Where rounds settle soon, they take less time than the search for a saddle point.
+  // Where rounds settle soon, they take less time than the search for a saddle point. Where they do not, those of the
+  // next steps will not either.
   constexpr int kFewRounds = 8;
+  constexpr int kStepsWithoutRounds = 20;
   const Vector start = u_;
   const Vector force = constraint_force_;
   const auto is_hopeless = [&] {
@@ -44,8 +46,13 @@ bool ConstrainedMinimization::minimize(const Vector& from, StepOutcome& outcome)
     outcome.obstacle = StepObstacle::kSolver;
     return false;
   };
-  if (solve_in_rounds(kFewRounds) && is_minimum_on_constraints()) return true;
-  if (is_hopeless()) return false;
+  if (steps_without_rounds_ > 0) {
+    --steps_without_rounds_;
+  } else {
+    if (solve_in_rounds(kFewRounds) && is_minimum_on_constraints()) return true;
+    if (is_hopeless()) return false;
+    steps_without_rounds_ = kStepsWithoutRounds;
+  }
   if (solve_saddle_point(outcome)) return true;
   // Round-off of the stiff constraints may hide the forces of soft elements. Constant forces have none.
   if (is_hopeless()) return false;
@@ -128,14 +135,31 @@ bool ConstrainedMinimization::newton_correction(Vector& correction) {
   return true;
 }
 
-// Each round solves the problem with constant constraint forces, and moves to the multipliers of the problem
-// linearised there. The forces of the first rounds are wrong, and so are their solutions, however small residuals
-// are. The displacements under unit forces are kept as long as the rounds gain with them, also for
-// the next steps, because they change slowly.
+// Rounds with extrapolated forces and a lower accuracy first. Where they do not settle, rounds without either begin
+// again.
 bool ConstrainedMinimization::solve_with_multipliers(const Vector& from, StepOutcome& outcome,
                                                      const std::function<bool()>& solve,
                                                      const std::function<void()>& linearize,
                                                      int most_rounds) {
+  const Vector start = u_;
+  if (solve_rounds(from, outcome, solve, linearize, most_rounds, true)) return true;
+  if (outcome.obstacle == StepObstacle::kViscosity || most_rounds < kRounds) return false;
+  u_ = start;
+  influence_.resize(0, 0);
+  outcome.status = StepStatus::kOk;
+  outcome.message.clear();
+  outcome.obstacle = StepObstacle::kSolver;
+  return solve_rounds(from, outcome, solve, linearize, most_rounds, false);
+}
+
+// Each round solves the problem with constant constraint forces, and moves to the multipliers of the problem
+// linearised there. The forces of the first rounds are wrong, and so are their solutions, however small residuals
+// are. The displacements under unit forces are kept as long as the rounds gain with them, also for
+// the next steps, because they change slowly.
+bool ConstrainedMinimization::solve_rounds(const Vector& from, StepOutcome& outcome,
+                                           const std::function<bool()>& solve,
+                                           const std::function<void()>& linearize, int most_rounds,
+                                           bool is_quick) {
   constexpr double kAccepted = 1e-12;  // of g, and of the configuration relative to its lengths
   constexpr double kStalled = 1e-10;   // the same where round-off keeps it from falling
   constexpr double kGain = 0.2;
@@ -146,15 +170,15 @@ bool ConstrainedMinimization::solve_with_multipliers(const Vector& from, StepOut
   const Vector lengths = constraints.configuration_lengths();
   const Vector last = constraint_force_;
   Vector force = last.size() > 0 ? last : Vector::Zero(constraints.configuration_size());
-  if (last.size() > 0 && force_before_.size() > 0) force = 2.0 * last - force_before_;
+  if (is_quick && last.size() > 0 && force_before_.size() > 0) force = 2.0 * last - force_before_;
   Vector multipliers;
   Vector predicted;
   double before = std::numeric_limits<double>::infinity();
   double least = before;
   for (int round = 0; round < most_rounds; ++round) {
     apply_constraint_force(force);
-    if (!solve_roughly(round == 0 ? kFirst : (round == 1 ? kSecond : 1.0), solve, outcome))
-      return false;
+    const double roughness = round == 0 ? kFirst : (round == 1 ? kSecond : 1.0);
+    if (!solve_roughly(is_quick ? roughness : 1.0, solve, outcome)) return false;
     const Vector way = constraints.configuration((problem_.origin() - from) + u_);
     const Vector end = start + stretch_ * way;
     double error = constraints.values(end).cwiseAbs().maxCoeff();

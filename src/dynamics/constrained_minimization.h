@@ -63,6 +63,7 @@ class ConstrainedMinimization {
     force_before_.resize(0);
     multipliers_.resize(0);
     influence_.resize(0, 0);
+    steps_without_rounds_ = 0;
   }
 
  private:
@@ -70,6 +71,8 @@ class ConstrainedMinimization {
 
   bool is_solved(StepOutcome& outcome);
   bool is_minimum_on_constraints() const;
+  bool solve_rounds(const Vector& from, StepOutcome& outcome, const std::function<bool()>& solve,
+                    const std::function<void()>& linearize, int most_rounds, bool is_quick);
   bool solve_roughly(double roughness, const std::function<bool()>& solve, StepOutcome& outcome);
   bool find_influence(StepOutcome& outcome);
   bool solve_saddle_point(StepOutcome& outcome);
@@ -88,7 +91,8 @@ class ConstrainedMinimization {
   ConstraintDirection direction_;
   Vector u_;
   Vector constraint_force_;
-  Vector force_before_;  // the same of the minimisation before it; empty: not known
+  Vector force_before_;           // the same of the minimisation before it; empty: not known
+  int steps_without_rounds_ = 0;  // of the direction kEnd, before rounds are tried again
   Matrix influence_;  // of forces on the configuration on free coordinates, m/N; empty: not known
   ConstraintPotential potential_;
   Vector multipliers_;  // of potential_; empty: not known

@@ -389,7 +389,8 @@ class Frames(StudyTest):
         # The step of a run may be written in another way than its folder's name has it.
         frames, text = self.with_frames("--frames", "verlet-2.5e-2,midpoint-0.025")
         self.assertEqual(frames, {"verlet-0.025", "midpoint-0.025"})
-        self.assertIn("s/verlet-0.025/frames.pvd", text.splitlines()[-1])
+        # The step is far above verlet's limit: its run does not reach the end.
+        self.assertIn("s/midpoint-0.025/frames.pvd", text.splitlines()[-1])
 
     def test_of_the_reference(self):
         self.study("--integrators", "midpoint", "--steps", "0.01", "--reference-integrator",

@@ -141,7 +141,7 @@ TEST_P(AdaptiveCheckpoints, ContinuedAndRestoredRunsHaveTheSameBits) {
   if (scene.time.retry > 0) {
     scene.solver.max_iterations = 2;
     ForceSettings blow = pull();
-    blow.vector *= 1e4;
+    blow.vector *= 1e5;
     blow.from = 0.3 * scene.time.end;
     scene.force.push_back(blow);
   }
