@@ -34,7 +34,8 @@ class ConstrainedMinimization {
   /// The same with the forces of constraints that the problem has.
   bool solve(StepOutcome& outcome);
   /// The solution u() and the forces of constraints of a problem that `solve` solves with the forces that the
-  /// problem has. `linearize` is called before the minimiser solves linearised equations.
+  /// problem has. `linearize` is called before the minimiser solves linearised equations. With
+  /// fewer than kRounds rounds, for which the caller has an alternative, nothing is tried a second time.
   bool solve_with_multipliers(const Vector& from, StepOutcome& outcome,
                               const std::function<bool()>& solve,
                               const std::function<void()>& linearize = {},

@@ -2,23 +2,15 @@
 
 #include <algorithm>
 #include <array>
-#include <numeric>
+
+#include "core/disjoint_sets.h"
 
 namespace tetraction {
 namespace {
 
 // For each tetrahedron the number of its piece, and the number of pieces.
 std::vector<Index> numbers_of_pieces(const TetMesh& mesh, Index& count) {
-  std::vector<Index> parent(mesh.tetrahedra.size());
-  std::iota(parent.begin(), parent.end(), Index{0});
-  const auto root = [&](Index e) {
-    while (parent[static_cast<std::size_t>(e)] != e) {
-      Index& up = parent[static_cast<std::size_t>(e)];
-      up = parent[static_cast<std::size_t>(up)];
-      e = up;
-    }
-    return e;
-  };
+  DisjointSets pieces(mesh.tetrahedron_count());
   struct Face {
     std::array<Index, 3> vertices;  // sorted
     Index tetrahedron;
@@ -37,17 +29,9 @@ std::vector<Index> numbers_of_pieces(const TetMesh& mesh, Index& count) {
   std::sort(faces.begin(), faces.end());
   for (std::size_t i = 1; i < faces.size(); ++i) {
     if (faces[i].vertices != faces[i - 1].vertices) continue;
-    parent[static_cast<std::size_t>(root(faces[i].tetrahedron))] = root(faces[i - 1].tetrahedron);
+    pieces.join(faces[i].tetrahedron, faces[i - 1].tetrahedron);
   }
-  std::vector<Index> number(parent.size(), -1);
-  std::vector<Index> pieces(parent.size());
-  count = 0;
-  for (std::size_t e = 0; e < parent.size(); ++e) {
-    Index& piece = number[static_cast<std::size_t>(root(static_cast<Index>(e)))];
-    if (piece < 0) piece = count++;
-    pieces[e] = piece;
-  }
-  return pieces;
+  return pieces.numbers(count);
 }
 
 }  // namespace
