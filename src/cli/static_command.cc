@@ -19,7 +19,8 @@ void print_equilibrium(const Session& session, const std::string& directory) {
   const LoadPath& path = *session.load_path();
   const Energies& energies = session.balance().energies();
   print_result("equilibrium: {} load step{} to load factor {:.6g} in {:.3g} s\n", path.steps,
-               path.steps == 1 ? "" : "s", path.factor, session.times().stepping);
+               path.steps == 1 ? "" : "s", path.factor,
+               session.times().stepping + session.times().stability);
   print_result(
       "mesh: {} vertices, {} tetrahedra; mass {:.6g} kg; {} of {} degrees of freedom free\n",
       system.vertex_count(), system.mesh().tetrahedron_count(), system.total_mass(),
@@ -55,10 +56,14 @@ void add_static_command(CLI::App& app, int& exit_code) {
       ->add_option("--steps", *steps,
                    "At least so many load steps, to trace how the body gives way (default: 1)")
       ->check(CLI::Range(1, 1000));
-  command->callback([arguments, steps, &exit_code] {
+  auto no_stability = std::make_shared<bool>(false);
+  command->add_flag(
+      "--no-stability", *no_stability,
+      "Do not examine equilibria under a pressure on a free rim for motions that grow");
+  command->callback([arguments, steps, no_stability, &exit_code] {
     const auto make = [&](const Scene& scene, TetMesh mesh) {
-      return std::make_unique<Session>(scene, std::move(mesh), Analysis::kEquilibrium,
-                                       1.0 / *steps);
+      return std::make_unique<Session>(scene, std::move(mesh), Analysis::kEquilibrium, 1.0 / *steps,
+                                       !*no_stability);
     };
     exit_code = run_recorded(*arguments, make, "loading", print_equilibrium);
   });

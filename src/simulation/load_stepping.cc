@@ -3,9 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
+#include <limits>
 #include <utility>
 
+#include "solver/load_stability.h"
 #include "solver/mixed_newton.h"
 #include "tetraction/core/error.h"
 #include "tetraction/simulation/scene_objects.h"
@@ -35,8 +38,8 @@ double largest_move(const State& from, const State& to) {
   return (to.position - from.position).lpNorm<Eigen::Infinity>();
 }
 
-// The lowest modes about an equilibrium whose time is the load factor.
-std::vector<NormalMode> lowest_modes(const StaticProblem& problem, const State& at, Index count) {
+// How modes about an equilibrium whose time is the load factor are found.
+NormalModeOptions mode_options(const StaticProblem& problem, const State& at, Index count) {
   const MechanicalSystem& system = problem.system();
   NormalModeOptions options;
   options.count = count;
@@ -45,7 +48,39 @@ std::vector<NormalMode> lowest_modes(const StaticProblem& problem, const State& 
   options.load_factor = at.time;
   options.multipliers = balancing_multipliers(
       system, at.position, problem.applied_force(at.time, at.position), problem.time(), at.time);
-  return normal_modes(system, at.position, options).modes;
+  return options;
+}
+
+// What is known of the fastest motion that goes away from an equilibrium, if one is found.
+std::optional<LossOfStability> examined(const StaticProblem& problem, const State& at) {
+  constexpr Index kModes = 6;  // loads of this kind couple the lowest modes
+  const MechanicalSystem& system = problem.system();
+  const NormalModeOptions options = mode_options(problem, at, kModes);
+  std::optional<LossOfStability> loss;
+  const LoadStability found = examine_loads(system, at.position, options, kSlowGrowth);
+  if (found.is_known) {
+    if (found.growth_rate == 0.0) return {};
+    return LossOfStability{
+        0.0,  at.time, found.is_flutter, found.growth_rate, found.is_flutter ? found.ratio : 0.0,
+        false};
+  }
+  for (const NormalMode& mode : normal_modes(system, at.position, options).modes) {
+    const bool is_flutter = mode.kind == ModeKind::kFlutter;
+    if (!is_flutter && mode.kind != ModeKind::kUnstable) continue;
+    const double rate = is_flutter ? mode.growth_rate : std::sqrt(-mode.omega_squared);
+    const double ratio = is_flutter ? rate / std::hypot(rate, std::sqrt(mode.omega_squared)) : 1.0;
+    if (ratio <= kSlowGrowth || (loss && loss->growth_rate >= rate)) continue;
+    loss = LossOfStability{0.0, at.time, is_flutter, rate, is_flutter ? ratio : 0.0, false};
+  }
+  return loss;
+}
+
+// The lowest ω² about an equilibrium; infinite if there is no mode.
+double lowest_omega_squared(const StaticProblem& problem, const State& at) {
+  const NormalModes found =
+      normal_modes(problem.system(), at.position, mode_options(problem, at, 1));
+  return found.modes.empty() ? std::numeric_limits<double>::infinity()
+                             : found.modes.front().omega_squared;
 }
 
 }  // namespace
@@ -75,13 +110,15 @@ std::unique_ptr<StaticStepper> make_static_stepper(const MechanicalSystem& syste
   return StaticStepper::make(system, std::move(minimizer), time, std::move(root_finder));
 }
 
-LoadStepping::LoadStepping(StaticStepper& stepper, double largest_increment)
+LoadStepping::LoadStepping(StaticStepper& stepper, double largest_increment,
+                           bool examines_stability)
     : stepper_(stepper), largest_increment_(largest_increment), increment_(largest_increment) {
   if (!(largest_increment > 0.0 && largest_increment <= 1.0)) {
     throw InputError(fmt::format(
         "The largest increment of the load factor must be above 0 and at most 1, not {}.",
         largest_increment));
   }
+  path_.is_examined = examines_stability || !stepper.problem().system().has_load_of_position();
 }
 
 StepOutcome LoadStepping::advance(const State& from, State& to) {
@@ -166,20 +203,14 @@ bool LoadStepping::find_beyond(const State& from, State& to, double next, Beyond
   return true;
 }
 
-std::optional<LossOfStability> LoadStepping::instability(const State& at) const {
-  const StaticProblem& problem = stepper_.problem();
-  const MechanicalSystem& system = problem.system();
-  if (!system.has_load_of_position() || system.coordinates().count() == 0) return {};
-  constexpr Index kModes = 6;  // loads of this kind couple the lowest modes
-  std::optional<LossOfStability> loss;
-  for (const NormalMode& mode : lowest_modes(problem, at, kModes)) {
-    const bool is_flutter = mode.kind == ModeKind::kFlutter;
-    if (!is_flutter && mode.kind != ModeKind::kUnstable) continue;
-    const double rate = is_flutter ? mode.growth_rate : std::sqrt(-mode.omega_squared);
-    const double ratio = is_flutter ? rate / std::hypot(rate, std::sqrt(mode.omega_squared)) : 1.0;
-    if (ratio <= kSlowGrowth || (loss && loss->growth_rate >= rate)) continue;
-    loss = LossOfStability{0.0, at.time, is_flutter, rate, is_flutter ? ratio : 0.0, false};
-  }
+std::optional<LossOfStability> LoadStepping::instability(const State& at) {
+  const MechanicalSystem& system = stepper_.problem().system();
+  if (!path_.is_examined || !system.has_load_of_position()) return {};
+  if (system.coordinates().count() == 0) return {};
+  const auto start = std::chrono::steady_clock::now();
+  std::optional<LossOfStability> loss = examined(stepper_.problem(), at);
+  const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - start;
+  examination_seconds_ += taken.count();
   return loss;
 }
 
@@ -195,10 +226,8 @@ bool LoadStepping::is_nearly_singular(const State& at) const {
   if (!path_.limit_points.empty() && at.time - path_.limit_points.back().above < kBeside) {
     return false;
   }
-  const std::vector<NormalMode> now = lowest_modes(problem, at, 1);
-  const std::vector<NormalMode> before = lowest_modes(problem, system.rest_state(), 1);
-  return !now.empty() && !before.empty() &&
-         now[0].omega_squared < kNearly * before[0].omega_squared;
+  return lowest_omega_squared(problem, at) <
+         kNearly * lowest_omega_squared(problem, system.rest_state());
 }
 
 // Two limit points without a stable part of the path between them are one.

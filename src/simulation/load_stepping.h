@@ -22,8 +22,9 @@ void refuse_free_motions(const MechanicalSystem& system, double time);
 class LoadStepping {
  public:
   /// Keeps a reference to the stepper, which must live longer. Throws InputError unless the largest
-  /// increment is above 0 and at most 1.
-  LoadStepping(StaticStepper& stepper, double largest_increment);
+  /// increment is above 0 and at most 1. `examines_stability`: whether equilibria under loads that depend on
+  /// positions are examined for motions that grow.
+  LoadStepping(StaticStepper& stepper, double largest_increment, bool examines_stability = true);
 
   /// One load step from `from` to `to`, whose times are load factors. If none is possible, the outcome
   /// says why. The report is the sum over all attempts.
@@ -31,6 +32,8 @@ class LoadStepping {
   /// The increment that the next step tries, and those that were taken.
   double increment() const { return increment_; }
   const LoadPath& path() const { return path_; }
+  /// The time that the examination of equilibria for motions that grow has taken, s.
+  double examination_seconds() const { return examination_seconds_; }
   /// What is to tell after a step with this outcome: why there was no equilibrium, which limit points
   /// the path has passed, or that round-off is large. Empty if there is nothing.
   std::string message(const StepOutcome& outcome) const;
@@ -46,7 +49,7 @@ class LoadStepping {
   };
 
   // Whether the equilibrium is known to be unstable, with what is known of the motion.
-  std::optional<LossOfStability> instability(const State& at) const;
+  std::optional<LossOfStability> instability(const State& at);
   // Whether the equilibrium is so much less stiff than the body at rest that a limit point must be near.
   bool is_nearly_singular(const State& at) const;
   // Looks for a stable equilibrium under loads that depend on positions by minimisation, where the path of
@@ -63,6 +66,7 @@ class LoadStepping {
   MinimizerReport sum_;  // of the attempts of a step
   int quick_ends_ = 0;   // attempts in a row that failed although they could be divided
   int searches_ = 0;     // for a stable equilibrium beyond the path of Newton's method
+  double examination_seconds_ = 0.0;
 };
 
 /// What is to tell if round-off kept the last load step from a good balance of forces; otherwise empty.

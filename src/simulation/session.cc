@@ -84,7 +84,8 @@ void Session::Impl::keep_state() {
   good.plan = progress.plan;
 }
 
-Session::Session(Scene scene, TetMesh mesh, Analysis analysis, double largest_increment)
+Session::Session(Scene scene, TetMesh mesh, Analysis analysis, double largest_increment,
+                 bool examines_stability)
     : impl_(std::make_unique<Impl>()) {
   Impl& s = *impl_;
   s.scene = std::move(scene);
@@ -100,7 +101,7 @@ Session::Session(Scene scene, TetMesh mesh, Analysis analysis, double largest_in
     s.reaction_force = Vector::Zero(s.system->dof_count());
     s.probes = std::make_unique<ProbeSet>(s.scene.probe, *s.system);
     if (analysis == Analysis::kEquilibrium) {
-      s.begin_equilibrium(largest_increment);
+      s.begin_equilibrium(largest_increment, examines_stability);
       return;
     }
     std::string note;

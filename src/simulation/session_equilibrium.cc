@@ -25,7 +25,7 @@ std::string resting_warning(const std::string& where) {
 
 }  // namespace
 
-void Session::Impl::begin_equilibrium(double largest_increment) {
+void Session::Impl::begin_equilibrium(double largest_increment, bool examines_stability) {
   // A load step is an implicit step of length 1 at most in the load factor, which ends at 1.
   settings.time = {Integrator::kBackwardEuler, 1.0, false, 1.0};
   use_consistent_weights(scene, *system);
@@ -33,7 +33,7 @@ void Session::Impl::begin_equilibrium(double largest_increment) {
   shared = shared_distances(settings.constraints.others);
   refuse_free_motions(*system, 0.0);
   std::unique_ptr<StaticStepper> load_stepper = make_static_stepper(*system, settings.solver, 0.0);
-  loading = std::make_unique<LoadStepping>(*load_stepper, largest_increment);
+  loading = std::make_unique<LoadStepping>(*load_stepper, largest_increment, examines_stability);
   equilibrium_problem = &load_stepper->problem();
   stepper = std::move(load_stepper);
   states.set(system->rest_state());
@@ -56,6 +56,11 @@ void Session::Impl::begin_equilibrium(double largest_increment) {
                        !constraint.angular_velocity.value_or(Vector3::Zero()).isZero(0.0);
     if (moves) progress.warnings.push_back(resting_warning(constraint.where));
   }
+  if (!loading->path().is_examined) {
+    progress.warnings.emplace_back(
+        "the equilibria are not examined for small motions that grow, as a pressure on a surface "
+        "with a free rim can feed them");
+  }
   warn_of_blas();
 }
 
@@ -73,6 +78,12 @@ bool Session::Impl::load_step() {
   const std::size_t known = limits.size();
   const std::string last = known > 0 ? limit_text(limits.back()) : "";
   StepOutcome outcome;
+  // The time of examinations must not be counted twice.
+  const auto enter_examination = [this, before = loading->examination_seconds()] {
+    const double taken = loading->examination_seconds() - before;
+    times.stability += taken;
+    times.stepping -= taken;
+  };
   try {
     std::optional<Interruptible> interruptible;
     for (const StopRequest* request : stop_requests) {
@@ -84,6 +95,7 @@ bool Session::Impl::load_step() {
     if (cancelled_within_step()) return false;
     throw;
   }
+  enter_examination();
   count(outcome.minimizer);
   if (!outcome.ok()) {
     fail_load_step(outcome);

@@ -225,7 +225,7 @@ struct Session::Impl {
   /// stop, it is cancelled. The caller then returns without a change of the state.
   bool cancelled_within_step();
   /// Sets up an equilibrium.
-  void begin_equilibrium(double largest_increment);
+  void begin_equilibrium(double largest_increment, bool examines_stability);
   void enter_equilibrium(const State& at);
   /// One load step. Returns false if there is none.
   bool load_step();

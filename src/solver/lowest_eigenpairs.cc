@@ -5,6 +5,7 @@
 #include <Eigen/LU>
 
 #include <algorithm>
+#include <optional>
 
 #include "core/decompositions.h"
 #include "core/pseudo_random.h"
@@ -246,6 +247,41 @@ std::vector<Eigenpair> ModeSearch::lowest(Index count) {
 }
 
 Vector ModeSearch::solve(const Vector& r) const {
+  return implementation_->solve(r);
+}
+
+class ShiftedInverse::Implementation {
+ public:
+  Implementation(const ScaledStiffness& stiffness, const LinearisedEquations& equations)
+      : equations_(equations), cholesky_(stiffness.pattern()) {
+    if (!cholesky_.factorize(stiffness.shifted(0.0)) ||
+        !is_positive(stiffness, cholesky_, equations)) {
+      sigma_ = factorize_shifted(stiffness, equations, cholesky_);
+    }
+    inverse_.emplace(stiffness, cholesky_, equations, 1.0);
+  }
+
+  double sigma() const { return sigma_; }
+  Vector solve(const Vector& r) const { return inverse_->apply(equations_.project(r)); }
+
+ private:
+  const LinearisedEquations& equations_;
+  SparseCholesky cholesky_;
+  double sigma_ = 0.0;
+  std::optional<InverseOperation> inverse_;
+};
+
+ShiftedInverse::ShiftedInverse(const ScaledStiffness& stiffness,
+                               const LinearisedEquations& equations)
+    : implementation_(std::make_unique<Implementation>(stiffness, equations)) {}
+
+ShiftedInverse::~ShiftedInverse() = default;
+
+double ShiftedInverse::sigma() const {
+  return implementation_->sigma();
+}
+
+Vector ShiftedInverse::solve(const Vector& r) const {
   return implementation_->solve(r);
 }
 

@@ -34,4 +34,20 @@ class ModeSearch {
   std::unique_ptr<Implementation> implementation_;
 };
 
+/// (S + Q D Qᵀ − σ)⁻¹ in the space that the equations allow, with σ = 0 if S and S + Q D Qᵀ are positive definite, and
+/// else with a σ below all eigenvalues. Keeps references to its arguments, which must live longer.
+class ShiftedInverse {
+ public:
+  /// Throws InputError if the matrix cannot be factorised.
+  ShiftedInverse(const ScaledStiffness& stiffness, const LinearisedEquations& equations);
+  ~ShiftedInverse();
+
+  double sigma() const;
+  Vector solve(const Vector& r) const;
+
+ private:
+  class Implementation;
+  std::unique_ptr<Implementation> implementation_;
+};
+
 }  // namespace tetraction

@@ -43,7 +43,7 @@ void ScaledStiffness::for_each_entry(const Visit& visit) const {
 }
 
 ScaledStiffness::ScaledStiffness(const MechanicalSystem& system, const Vector& q, double time,
-                                 bool with_loads, double load_factor)
+                                 bool with_loads, double load_factor, Mass mass)
     : system_(system),
       coordinates_(system.coordinates()),
       inverse_root_mass_(coordinates_.reduced_mass(system.mass()).cwiseSqrt().cwiseInverse()),
@@ -106,7 +106,7 @@ ScaledStiffness::ScaledStiffness(const MechanicalSystem& system, const Vector& q
         "The modes cannot be computed, as the stiffness over the mass overflows: choose other "
         "units, or moduli, density and penalties that are less far apart in size.");
   }
-  if (system.rest().is_quadratic()) find_mass();
+  if (mass == Mass::kOfElements && system.rest().is_quadratic()) find_mass();
 }
 
 void ScaledStiffness::find_mass() {

@@ -23,12 +23,15 @@ Vector momentum_of_modes(const MechanicalSystem& system, const Vector& velocity)
 /// D^(−½) TᵀMT D^(−½) is RᵀR. Then S = R⁻ᵀ S_D R⁻¹ with S_D = D^(−½) TᵀKT D^(−½).
 class ScaledStiffness {
  public:
+  enum class Mass { kOfElements, kLumped };
+
   /// Takes K at positions q, with the potentials of the force terms at `time`. `with_loads`: those of
   /// loads, too, and the symmetric part of the stiffness of loads that depend on positions. All but
-  /// potentials that stand for constraints are multiplied by `load_factor`. Keeps a
+  /// potentials that stand for constraints are multiplied by `load_factor`. Mass::kLumped takes M = D for
+  /// quadratic elements as well, which saves a factorisation. Keeps a
   /// reference to `system`. Throws InputError if K is not defined or overflows.
   ScaledStiffness(const MechanicalSystem& system, const Vector& q, double time, bool with_loads,
-                  double load_factor);
+                  double load_factor, Mass mass = Mass::kOfElements);
 
   Index size() const { return pattern_->size(); }
   const SparsityPattern& pattern() const { return *pattern_; }

@@ -109,6 +109,55 @@ class Static(CliTest):
         message = self.refused(1, "run", scene, "--out", "r", "--set", "initial.static=true")
         self.assertIn("initial.static = true: there is no equilibrium to start from", message)
 
+    def test_examination_of_stability(self):
+        # A column under a force that follows its end flutters from 20.05 EI/L² on (Beck 1952).
+        def column(share):
+            pressure = share * 20.0509 * 1e9 * 0.05**2 / 12
+            return self.write("column.toml", f"""
+[mesh]
+generate = {{ kind = "box", size = [1, 0.05, 0.05], cells = [8, 1, 1] }}
+element = "quadratic"
+[material]
+model = "neo-hookean"
+youngs_modulus = 1e9
+poissons_ratio = 0.0
+density = 1000.0
+[[fix]]
+select = {{ plane = {{ axis = "x", at = 0.0 }} }}
+[[pressure]]
+select = {{ plane = {{ axis = "x", at = 1.0 }} }}
+value = {pressure!r}
+""")
+
+        def summary_of(*arguments):
+            result = self.run_program("static", *arguments, "--out", "s", "--quiet")
+            with open(self.path("s", "summary.json")) as file:
+                return json.load(file), result.stderr
+
+        for share in (1e-4, 0.5, 1.25):
+            with self.subTest(share=share):
+                summary, said = summary_of(column(share))
+                times = summary["wall_seconds"]
+                self.assertGreater(times["stability"], 0.0)
+                self.assertGreater(times["stepping"], 0.0)
+                self.assertEqual(summary["equilibrium"]["loss_of_stability"] is not None, share > 1)
+                self.assertEqual("swing further and further" in said, share > 1)
+        # Without it the same equilibrium is found, and a warning tells.
+        expected = self.history("s", "history.csv")[-1]
+        summary, said = summary_of(column(1.25), "--no-stability")
+        self.assertEqual(summary["wall_seconds"]["stability"], 0.0)
+        self.assertFalse(summary["equilibrium"]["stability_examined"])
+        self.assertIsNone(summary["equilibrium"]["loss_of_stability"])
+        self.assertIn("are not examined for small motions that grow", said)
+        found = self.history("s", "history.csv")[-1]
+        self.assertAlmostEqual(found["max_displacement"], expected["max_displacement"],
+                               delta=1e-9 * expected["max_displacement"])  # fmt: skip
+        # Other bodies have nothing to examine.
+        summary, said = summary_of(self.write("beam.toml", BEAM), "--no-stability")
+        self.assertEqual(summary["wall_seconds"]["stability"], 0.0)
+        self.assertTrue(summary["equilibrium"]["stability_examined"])
+        self.assertNotIn("examined", said)
+
     def test_motions_are_told_of(self):
         handle = ('[[constraint]]\nkind = "rigid"\nselect = { plane = { axis = "x", at = 4.0 } }\n'
                   'angular_velocity = [1.0, 0.0, 0.0]\n')  # fmt: skip

@@ -238,6 +238,45 @@ class SameProblem(CliTest):
         self.assertEqual(set(found["ok"]), {1.0})
 
 
+class Flutter(CliTest):
+    # The column of Beck flutters under more than 20.05 EI/L² (ZAMP 3, 1952), in any units.
+    COLUMN = """
+[mesh]
+generate = {{ kind = "box", size = [{l!r}, {t!r}, {t!r}], cells = [8, 1, 1] }}
+element = "quadratic"
+[material]
+model = "neo-hookean"
+youngs_modulus = {e!r}
+poissons_ratio = 0.0
+density = {d!r}
+[damping]
+mass_damping = {damping!r}
+[[fix]]
+select = {{ plane = {{ axis = "x", at = 0.0 }} }}
+[[pressure]]
+select = {{ plane = {{ axis = "x", at = {l!r} }} }}
+value = {p!r}
+"""
+
+    def test_column_of_beck(self):
+        thickness = 0.05
+        for units in [METRE, Units(20e-6, 1.6e11, 2330.0), *OTHERS]:
+            for share, flutters in ((0.9, False), (1.25, True)):
+                with self.subTest(units=units, share=share):
+                    pressure = share * 20.0509 * thickness**2 / 12 * units.stress
+                    scene = self.write("column.toml", self.COLUMN.format(
+                        l=units.length, t=thickness * units.length, e=units.stress, d=units.density,
+                        damping=1e-3 / units.time, p=pressure))  # fmt: skip
+                    self.run_program("static", scene, "--out", "s", "--quiet")
+                    with open(self.path("s", "summary.json")) as file:
+                        loss = json.load(file)["equilibrium"]["loss_of_stability"]
+                    if not flutters:
+                        self.assertIsNone(loss)
+                        continue
+                    self.assertTrue(loss["flutter"])
+                    self.assertAlmostEqual(share * loss["below"], 1.0, delta=0.02)
+
+
 if __name__ == "__main__":
     PROGRAM, DATA = os.path.abspath(sys.argv[1]), os.path.abspath(sys.argv[2])
     unittest.main(argv=[sys.argv[0], *sys.argv[3:]])

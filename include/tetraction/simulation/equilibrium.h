@@ -20,9 +20,9 @@ struct LimitPoint {
 };
 
 /// Loads that depend on positions, such as a pressure on a surface with a free rim, can make an equilibrium
-/// unstable although its load path goes on: small motions grow there. If they swing, they count only if they
-/// grow by more than a thousandth of themselves in a radian. The six lowest modes of the load steps that were made
-/// are examined.
+/// unstable although its load path goes on: small motions grow there. If they swing, they count only if they grow by
+/// more than a thousandth of themselves in a radian. The load steps that were made are examined, by a bound for all
+/// motions or else those that grow among the lowest ones.
 struct LossOfStability {
   double below = 0.0;  ///< the last load factor with an equilibrium that was found to be stable
   double above = 1.0;  ///< the first one with an unstable equilibrium
@@ -39,8 +39,11 @@ struct LoadPath {
   Index cuts = 0;                        ///< attempts that were repeated with a smaller increment
   std::vector<LimitPoint> limit_points;  ///< in the order of their load factors
   std::optional<LossOfStability> loss;   ///< only under loads that depend on positions
-  double residual = 0.0;                 ///< |Tᵀ∇Π|₂ of the last load step, N
-  double residual_limit = 0.0;           ///< what it had to be below, N
+  /// Whether the load steps were examined for a loss of stability, or needed no examination, because no load
+  /// depends on positions.
+  bool is_examined = true;
+  double residual = 0.0;        ///< |Tᵀ∇Π|₂ of the last load step, N
+  double residual_limit = 0.0;  ///< what it had to be below, N
   /// The larger of the norms of loads and reactions of the last load step, N; 0 if nothing acts.
   double force = 0.0;
 };
@@ -73,7 +76,7 @@ struct Equilibrium {
 ///
 /// Loads that depend on positions are no part of a potential. The equations of equilibrium are then
 /// solved by Newton's method, which goes on from each load step to the next, whether the equilibrium is stable or not.
-/// After each load step the lowest normal modes tell whether it is (LoadPath::loss).
+/// After each load step it is examined whether it is (LoadPath::loss).
 ///
 /// One large increment may pass a limit point without a trace, if the minimiser goes straight to another
 /// equilibrium. Increments of `largest_increment` at most, above 0 and at most 1, make that unlikely.

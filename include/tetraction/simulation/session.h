@@ -78,9 +78,10 @@ class Session {
   /// has neither events, edits nor checkpoints. InputError is also thrown if a rigid motion of the
   /// body is free. `largest_increment` of the load factor, above 0 and at most 1, is for equilibria
   /// only: small increments trace how the body gives way, and find limit points that one large
-  /// increment may pass.
+  /// increment may pass. `examines_stability` is for equilibria under loads that depend on positions:
+  /// whether they are examined for small motions that grow (LossOfStability).
   Session(Scene scene, TetMesh mesh, Analysis analysis = Analysis::kMotion,
-          double largest_increment = 1.0);
+          double largest_increment = 1.0, bool examines_stability = true);
   ~Session();
   Session(const Session&) = delete;
   Session& operator=(const Session&) = delete;

@@ -81,6 +81,7 @@ nlohmann::ordered_json equilibrium_json(const Session& session, const LoadPath& 
     json["limit_points"].push_back(
         {{"below", limit.below}, {"above", limit.above}, {"passed", limit.passed}});
   }
+  json["stability_examined"] = path.is_examined;
   json["loss_of_stability"] = nullptr;
   if (path.loss) {
     json["loss_of_stability"] = {{"below", path.loss->below},
