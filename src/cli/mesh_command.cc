@@ -40,9 +40,9 @@ void refuse_to_overwrite(const std::string& in, const std::string& out) {
       std::error_code error;
       if (!fs::equivalent(read, written, error)) continue;
       throw InputError(
-          fmt::format("{} is {}, which is being read and would be overwritten. Give the converted "
-                      "mesh another name.",
-                      written, read == written ? "the file" : read));
+          fmt::format("{}, which is being read, would be overwritten{}. Give the converted mesh "
+                      "another name.",
+                      read, read == written ? "" : fmt::format(" as {}", written)));
     }
   }
 }

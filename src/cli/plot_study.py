@@ -12,6 +12,7 @@ import json
 import logging
 import math
 import os
+import stat
 import sys
 import textwrap
 import warnings
@@ -125,20 +126,33 @@ def plain(text):
     return str(text).replace("$", r"\$")
 
 
+def open_regular(*path, **keywords):
+    """A file of the study for reading; OSError for links, pipes and devices, which could be read for ever."""
+
+    def opener(name, flags):
+        descriptor = os.open(name, flags | os.O_NOFOLLOW | os.O_NONBLOCK)
+        if not stat.S_ISREG(os.fstat(descriptor).st_mode):
+            os.close(descriptor)
+            raise OSError(f"{name}: not a regular file")
+        return descriptor
+
+    return open(os.path.join(*path), encoding="utf-8", opener=opener, **keywords)
+
+
 def read_json(*path):
     try:
-        with open(os.path.join(*path), encoding="utf-8") as file:
+        with open_regular(*path) as file:
             return json.load(file)
-    except (OSError, ValueError):
+    except (OSError, ValueError, RecursionError):
         return {}
 
 
 def read_study(folder):
     """study.json; variants and solvers that are compared get their names beside the integrator's."""
     try:
-        with open(os.path.join(folder, "study.json"), encoding="utf-8") as file:
+        with open_regular(folder, "study.json") as file:
             study = json.load(file)
-    except (OSError, ValueError) as problem:
+    except (OSError, ValueError, RecursionError) as problem:
         raise Unusable(f"study.json cannot be read: {problem}") from problem
     found = study.get("runs") if isinstance(study, dict) else None
     runs = []
@@ -211,7 +225,7 @@ def stability_limits(entries, study):
 def read_columns(directory, name):
     """Columns of a CSV file as lists of numbers, up to its first broken row; {} without one."""
     try:
-        with open(os.path.join(directory, name), newline="") as file:
+        with open_regular(directory, name, newline="") as file:
             rows = list(csv.reader(file))
     except (OSError, ValueError, csv.Error):
         return {}

@@ -221,7 +221,13 @@ void tell_of_lost_runs(const std::string& directory, const std::set<std::string>
                         directory, lost.size(), names));
 }
 
-// Finds the runs that are complete: they were made with the same inputs, and their files are there.
+bool is_of_type(const std::string& path, std::filesystem::file_type type) {
+  std::error_code unreadable;
+  return std::filesystem::symlink_status(path, unreadable).type() == type;
+}
+
+// Finds the runs that are complete: they were made with the same inputs, and their files are there. Links are none of
+// them, because what they lead to may be of another study.
 std::function<std::optional<StudyRow>(const PlannedRun&)> kept_runs(
     const std::string& directory, const StudyInputs& inputs,
     const std::function<bool(const std::string&)>& has_frames) {
@@ -229,9 +235,11 @@ std::function<std::optional<StudyRow>(const PlannedRun&)> kept_runs(
     const std::string folder = directory + "/" + run.directory;
     std::vector<std::string> files{"history.csv", "final.vtu", "summary.json"};
     if (has_frames(run.directory)) files.push_back("frames.pvd");
-    const bool is_whole = std::all_of(files.begin(), files.end(), [&](const std::string& file) {
-      return is_entry(folder + "/" + file);
-    });
+    using Type = std::filesystem::file_type;
+    const bool is_whole = is_of_type(folder, Type::directory) &&
+                          std::all_of(files.begin(), files.end(), [&](const std::string& file) {
+                            return is_of_type(folder + "/" + file, Type::regular);
+                          });
     if (!is_whole) return {};
     return read_study_row(folder + "/" + kStudyRowFile, run, inputs.of_variant(run.variant));
   };

@@ -21,7 +21,7 @@ class BackwardEulerStepper : public ImplicitStepper {
                         StepOutcome& outcome) override {
     const Constraints& constraints = system_.constraints();
     to.momentum = carried_;
-    configuration_force_ = constraint_force_;
+    reactions_.configuration_force = constraint_force_;
     constraints.prescribe_momentum(to.time, to.momentum);
     if (constraints.empty()) return;
     // The part along the free coordinates, apart from the multipliers, is the solver's residual. It
@@ -33,7 +33,7 @@ class BackwardEulerStepper : public ImplicitStepper {
     if (constraints.has_equations()) free_part -= impulse_;
     constraints.coordinates().project_momentum(system_.mass(), free_part);
     reaction -= free_part;
-    add_reaction(to.position, reaction, outcome);
+    add_reaction(to.position, 0.0, reaction, outcome);
   }
   Vector3 residual_arm(const State& /*from*/, Index v) const override {
     return vertex_block(x_, v);

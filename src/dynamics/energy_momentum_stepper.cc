@@ -297,20 +297,20 @@ class EnergyMomentumStepper : public ImplicitStepper {
     const Vector eliminated_before = from.momentum - first;
     first += eliminated;
     work_ = first - from.momentum;
-    add_reaction(from.position, work_, outcome);
+    add_reaction(from.position, h, work_, outcome);
 
     to.momentum += 2.0 * (start - from.momentum);
     free.project_momentum(mass, to.momentum);
     const Vector moving = to.momentum;
     to.momentum += eliminated;
     work_ = to.momentum - first - h * force_;
-    add_reaction(x_, work_, outcome);
-    if (constraints.has_equations()) configuration_force_ = constraint_force_;
+    add_reaction(x_, 0.5 * h, work_, outcome);
+    if (constraints.has_equations()) reactions_.configuration_force = constraint_force_;
 
     work_ = to.momentum;
     constraints.prescribe_momentum(to.time, to.momentum);
     work_ = to.momentum - work_;
-    add_reaction(to.position, work_, outcome);
+    add_reaction(to.position, 0.0, work_, outcome);
     if (!constraints.moving()) return;
     const Vector eliminated_after = to.momentum - moving;
     for (Index v = 0; v < system_.vertex_count(); ++v) {

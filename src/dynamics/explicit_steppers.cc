@@ -106,8 +106,14 @@ class ExplicitStepper : public Stepper {
     to.momentum.resize(system_.dof_count());
     to.velocity.resize(system_.dof_count());
     to.position.resize(system_.dof_count());
-    if (terms_.constraining) spring_impulse_.setZero(system_.dof_count());
-    for (const Index v : constrained_) vertex_block(reaction_, v).setZero();
+    if (terms_.constraining) {
+      spring_impulse_.setZero(system_.dof_count());
+      spring_delay_.setZero(system_.dof_count());
+    }
+    for (const Index v : constrained_) {
+      vertex_block(reactions_.force, v).setZero();
+      vertex_block(reactions_.delay, v).setZero();
+    }
     if (terms_.damping) system_.velocity_of(from.momentum, velocity_);
 
     const VertexKick first = kick(from.position, from.time, kick_step, outcome);
@@ -215,7 +221,10 @@ class ExplicitStepper : public Stepper {
       return kick;
     }
     gather_term_forces(system_, system_.force_point(q, time, span_), load_, outer_, spring_force_);
-    if (terms_.constraining) spring_impulse_ += dt * spring_force_;
+    if (terms_.constraining) {
+      spring_impulse_ += dt * spring_force_;
+      spring_delay_ += (span_.end - time) * dt * spring_force_;
+    }
     if (terms_.damping) {
       damping_.setZero(system_.dof_count());
       system_.add_damping_force(q, time, velocity_, damping_);
@@ -312,12 +321,12 @@ class ExplicitStepper : public Stepper {
         return false;
       }
       multipliers_ = solution.multipliers;
-      configuration_force_ = solution.forces / h;
+      reactions_.configuration_force = solution.forces / h;
       Vector impulse = constraints.vertex_forces(solution.forces);
       constraints.coordinates().project_momentum(system_.mass(), impulse);
       to.momentum += impulse;
     }
-    enter_reactions(from.position, to.momentum, outcome);
+    enter_reactions(from.position, h, to.momentum, outcome);
     for (const Index v : constrained_) {
       vertex_block(to.velocity, v) = vertex_block(to.momentum, v) / system_.mass()[v];
       vertex_block(to.position, v) =
@@ -334,8 +343,8 @@ class ExplicitStepper : public Stepper {
     remember_momenta(to.momentum);
     const Vector impulses =
         project_to_constraints(constraints, system_.mass(), to.position, to.time, to.momentum);
-    if (impulses.size() > 0) configuration_force_ += impulses / h;
-    enter_reactions(to.position, to.momentum, outcome);
+    if (impulses.size() > 0) reactions_.configuration_force += impulses / h;
+    enter_reactions(to.position, 0.0, to.momentum, outcome);
   }
 
   void remember_momenta(const Vector& momentum) {
@@ -345,11 +354,14 @@ class ExplicitStepper : public Stepper {
     }
   }
 
-  void enter_reactions(const Vector& q, const Vector& momentum, StepOutcome& outcome) {
+  // Those of constraints at positions q, `delay` seconds before the end of the step.
+  void enter_reactions(const Vector& q, double delay, const Vector& momentum,
+                       StepOutcome& outcome) {
     for (std::size_t i = 0; i < constrained_.size(); ++i) {
       const Index v = constrained_[i];
       const Vector3 impulse = vertex_block(momentum, v) - before_.col(static_cast<Index>(i));
-      vertex_block(reaction_, v) += impulse;
+      vertex_block(reactions_.force, v) += impulse;
+      if (delay != 0.0) vertex_block(reactions_.delay, v) += delay * impulse;
       if (v >= system_.owned_vertex_count()) continue;
       outcome.linear_impulse += impulse;
       outcome.angular_impulse += vertex_block(q, v).cross(impulse);
@@ -375,7 +387,8 @@ class ExplicitStepper : public Stepper {
   void finish(const State& from, State& to, double h, StepOutcome& outcome) {
     const Constraints& constraints = system_.constraints();
     for (const Index v : constrained_) {
-      vertex_block(reaction_, v) /= h;
+      vertex_block(reactions_.force, v) /= h;
+      vertex_block(reactions_.delay, v) /= h;
       vertex_block(to.velocity, v) =
           (vertex_block(to.position, v) - vertex_block(from.position, v)) / h;
     }
@@ -385,8 +398,10 @@ class ExplicitStepper : public Stepper {
       outcome.constraint_work = constraint_work(from, to);
     }
     if (terms_.constraining) {
-      for (const Index v : constrained_)
-        vertex_block(reaction_, v) += vertex_block(spring_impulse_, v) / h;
+      for (const Index v : constrained_) {
+        vertex_block(reactions_.force, v) += vertex_block(spring_impulse_, v) / h;
+        vertex_block(reactions_.delay, v) += vertex_block(spring_delay_, v) / h;
+      }
     }
     outcome.elastic_energy = force_.elastic_energy();
   }
@@ -419,6 +434,7 @@ class ExplicitStepper : public Stepper {
   Vector free_damping_;    // what the constraints leave of them
   Vector spring_force_;    // of terms that stand for constraints
   Vector spring_impulse_;  // of them in this step
+  Vector spring_delay_;    // each times the time to the end of the step
   Matrix before_;          // momenta of the constrained vertices
   Vector multipliers_;
 };

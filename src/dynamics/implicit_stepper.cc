@@ -43,7 +43,8 @@ StepOutcome ImplicitStepper::advance(const State& from, State& to, double h, dou
 StepOutcome ImplicitStepper::advance_part(const State& from, State& to, double h, double end_time) {
   StepOutcome outcome;
   gather_loads(from, h, alpha_, load_);
-  reaction_.setZero();
+  reactions_.force.setZero();
+  reactions_.delay.setZero();
   problem_->begin(from, h, end_time, alpha_, load_);
   if (!solve_step(from, end_time, outcome)) return outcome;
   if (!settle_loads(from, h, end_time, outcome)) return outcome;
@@ -81,9 +82,13 @@ StepOutcome ImplicitStepper::advance_part(const State& from, State& to, double h
   }
   outcome.external_work += driven_work(from, to);
   if (system_.is_dissipative()) outcome.dissipated_energy = problem_->dissipated_energy(u, h);
-  reaction_ /= h;
+  reactions_.force /= h;
+  reactions_.delay /= h;
   outcome.constraint_work = work_of_constraints(from, to);
-  if (constraining_) reaction_ += spring_force_;
+  if (constraining_) {
+    reactions_.force += spring_force_;
+    reactions_.delay += (1.0 - alpha_) * h * spring_force_;
+  }
   if (!has_finite_balance(outcome)) {
     outcome.status = StepStatus::kNotFinite;
   }

@@ -49,17 +49,17 @@ class MidpointStepper : public ImplicitStepper {
     first += eliminated;
     // At q_k: multipliers and the jump of prescribed vertices to their secant.
     work_ = first - from.momentum;
-    add_reaction(from.position, work_, outcome);
+    add_reaction(from.position, h, work_, outcome);
     work_ = to.momentum - first - (unconstrained - start);
-    add_reaction(x_, work_, outcome);
+    add_reaction(x_, 0.5 * h, work_, outcome);
     work_ = to.momentum;
     const Vector impulses =
         project_to_constraints(constraints, mass, to.position, to.time, to.momentum);
     if (impulses.size() > 0) {
-      configuration_force_ = problem().step() / h * constraint_force_ + impulses / h;
+      reactions_.configuration_force = problem().step() / h * constraint_force_ + impulses / h;
     }
     work_ = to.momentum - work_;
-    add_reaction(to.position, work_, outcome);
+    add_reaction(to.position, 0.0, work_, outcome);
   }
 };
 

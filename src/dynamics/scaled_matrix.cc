@@ -1,5 +1,7 @@
 #include "scaled_matrix.h"
 
+#include <cmath>
+
 #include "core/decompositions.h"
 #include "tetraction/core/parallel.h"
 #include "tetraction/dynamics/nodal_volume.h"
@@ -21,6 +23,7 @@ void ScaledMatrix::set_stiffness(const Vector& q, double time, double damping_we
   stiffness_ = 1.0;
   damping_ = system_.is_dissipative() ? damping_weight : 0.0;
   products_ = 0;
+  set_equations();
   gather_terms(time);
   if (!TangentOperator<float>::supports(system_.elastic())) {
     tangent_.reset();
@@ -43,6 +46,7 @@ void ScaledMatrix::set_damping(const Vector& q, double time) {
   stiffness_ = 0.0;
   damping_ = 1.0;
   products_ = 0;
+  set_equations();
   gather_terms(time);
 }
 
@@ -72,9 +76,27 @@ void ScaledMatrix::gather_terms(double time) {
   }
 }
 
+void ScaledMatrix::set_equations() {
+  const Constraints& constraints = system_.constraints();
+  if (!constraints.has_equations()) return;
+  const Constraints::SparseMatrix reduced =
+      constraints.sparse_selector() * constraints.sparse_gradients(constraints.configuration(*q_));
+  gradients_ = inverse_root_mass_.asDiagonal() * reduced;
+  const Constraints::SparseMatrix matrix =
+      Constraints::SparseMatrix(gradients_.transpose()) * gradients_;
+  Vector unit = matrix.diagonal();
+  for (double& each : unit) each = each > 0.0 ? 1.0 / std::sqrt(each) : 1.0;
+  multipliers_.emplace(matrix, unit);
+}
+
+Vector ScaledMatrix::project(Vector x) const {
+  if (multipliers_) x -= gradients_ * multipliers_->solve(gradients_.transpose() * x);
+  return x;
+}
+
 void ScaledMatrix::perform_op(const double* in, double* out) const {
   ++products_;
-  const Vector u = displacement(Eigen::Map<const Vector>(in, rows()));
+  const Vector u = displacement(project(Eigen::Map<const Vector>(in, rows())));
   if (stiffness_ != 0.0) {
     multiply_stiffness(u);
   } else {
@@ -83,7 +105,7 @@ void ScaledMatrix::perform_op(const double* in, double* out) const {
   if (stiffness_ == 0.0) multiply_damping(u);
   if (has_terms_) terms_.add_product(u, product_);
   Eigen::Map<Vector>(out, rows()) =
-      inverse_root_mass_.cwiseProduct(system_.coordinates().restrict(product_));
+      project(inverse_root_mass_.cwiseProduct(system_.coordinates().restrict(product_)));
 }
 
 // The coordinates of single vertices come in the order of the vertices, the own ones first.

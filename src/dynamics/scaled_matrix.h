@@ -2,15 +2,19 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 
 #include "fem/tangent_operator.h"
+#include "many_equations.h"
 #include "tetraction/dynamics/mechanical_system.h"
 
 namespace tetraction {
 
 /// The operator y = m^(−½) Tᵀ (K + wC) T m^(−½) x over the free coordinates, with m = TᵀMT. It is
 /// symmetric and has the eigenvalues of M⁻¹(K + wC). K is the stiffness and C the damping matrix at
-/// q. The class has the interface that Spectra's solvers expect of an operation.
+/// q. If constraints have equations, it is P y(P x) with the projection P to the motions that keep them:
+/// P = I − C (CᵀC)⁺ Cᵀ, C = m^(−½) TᵀB ∂g/∂w. The class has the interface that Spectra's solvers expect of an
+/// operation.
 class ScaledMatrix {
  public:
   using Scalar = double;
@@ -46,6 +50,8 @@ class ScaledMatrix {
   void multiply_stiffness(const Vector& u) const;
   void multiply_damping(const Vector& u) const;
   void gather_terms(double time);
+  void set_equations();
+  Vector project(Vector x) const;
 
   const MechanicalSystem& system_;
   const Vector* q_ = nullptr;
@@ -54,6 +60,8 @@ class ScaledMatrix {
   HessianBlocks terms_;  // of all force terms, in the matrix
   bool has_terms_ = false;
   Vector inverse_root_mass_;
+  Constraints::SparseMatrix gradients_;        // C; without columns if there are no equations
+  std::optional<SparseSolution> multipliers_;  // of the matrix CᵀC
   mutable Index products_ = 0;
   mutable Vector product_;
   mutable Vector force_;

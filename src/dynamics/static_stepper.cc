@@ -19,15 +19,17 @@ namespace {
 class Implementation : public StaticStepper {
  public:
   Implementation(const MechanicalSystem& system, std::shared_ptr<Minimizer> minimizer, double time,
-                 std::shared_ptr<RootFinder> root_finder)
+                 std::shared_ptr<RootFinder> root_finder, FollowerLoads follower_loads)
       : StaticStepper(system),
         problem_(system, time),
         minimizer_(std::move(minimizer)),
         solve_(problem_, minimizer_, std::move(root_finder), 1.0, ConstraintDirection::kEnd),
-        guess_(system, true) {}
+        guess_(system, true),
+        minimizes_first_(follower_loads == FollowerLoads::kMinimizeFirst &&
+                         system.has_load_of_position()) {}
 
   const StaticProblem& problem() const override { return problem_; }
-  void set_minimizes(bool minimizes) override { solve_.set_minimizes(minimizes); }
+  void set_minimizes(bool minimizes) override { minimizes_ = minimizes; }
   void set_divisible(bool divisible) override { problem_.set_divisible(divisible); }
   void reset() override {
     solve_.forget();
@@ -36,7 +38,21 @@ class Implementation : public StaticStepper {
   }
 
   StepOutcome advance(const State& from, State& to, double h, double end_factor) override {
+    const bool minimizes = minimizes_ || minimizes_first_;
+    StepOutcome outcome = attempt(from, to, h, end_factor, minimizes);
+    if (outcome.ok() || minimizes == minimizes_) return outcome;
+    const MinimizerReport before = outcome.minimizer;
+    outcome = attempt(from, to, h, end_factor, minimizes_);
+    outcome.minimizer.iterations += before.iterations;
+    outcome.minimizer.factorizations += before.factorizations;
+    outcome.minimizer.cg_iterations += before.cg_iterations;
+    return outcome;
+  }
+
+ private:
+  StepOutcome attempt(const State& from, State& to, double h, double end_factor, bool minimizes) {
     StepOutcome outcome;
+    solve_.set_minimizes(minimizes);
     problem_.begin(from.position, end_factor);
     solve_.add_constraint_potential();
     if (!choose_start(from, h, end_factor, outcome) || !minimize(from, outcome) ||
@@ -56,12 +72,13 @@ class Implementation : public StaticStepper {
       outcome.element = end.failed_element;
       return outcome;
     }
-    configuration_force_ = solve_.constraint_force();
+    Vector& configuration_force = reactions_.configuration_force;
+    configuration_force = solve_.constraint_force();
     Vector equation_force;
-    if (configuration_force_.size() > 0) {
-      equation_force = system_.constraints().vertex_forces(configuration_force_);
+    if (configuration_force.size() > 0) {
+      equation_force = system_.constraints().vertex_forces(configuration_force);
     }
-    problem_.reactions(u, equation_force, reaction_);
+    problem_.reactions(u, equation_force, reactions_.force);
     if (!is_balanced(to.position, end_factor, outcome)) return outcome;
     last_ = from.position;
     last_step_ = h;
@@ -69,7 +86,6 @@ class Implementation : public StaticStepper {
     return outcome;
   }
 
- private:
   // Sets the origin to the positions at which the minimisation begins: those of the last
   // equilibrium, with the prescribed vertices moved and the body carried along, or the continuation
   // of the last load step, if its Π is lower.
@@ -187,7 +203,7 @@ class Implementation : public StaticStepper {
     const Vector3 about = vertex_block(x, 0);
     Resultant all;
     all.add(problem_.applied_force(factor, x), x, about);
-    all.add(reaction_, x, about);
+    all.add(reactions_.force, x, about);
     for (const ForceTerm* term : system_.force_terms()) {
       if (!term->has_potential() || term->account() != EnergyAccount::kStored) continue;
       gradient_.setZero(system_.dof_count());
@@ -245,6 +261,8 @@ class Implementation : public StaticStepper {
   std::shared_ptr<Minimizer> minimizer_;
   ConstrainedMinimization solve_;
   FirstGuess guess_;
+  bool minimizes_first_;
+  bool minimizes_ = false;
   Vector start_;
   Vector trial_;
   Vector gradient_;
@@ -263,9 +281,10 @@ class Implementation : public StaticStepper {
 std::unique_ptr<StaticStepper> StaticStepper::make(const MechanicalSystem& system,
                                                    std::shared_ptr<Minimizer> minimizer,
                                                    double time,
-                                                   std::shared_ptr<RootFinder> root_finder) {
+                                                   std::shared_ptr<RootFinder> root_finder,
+                                                   FollowerLoads follower_loads) {
   return std::make_unique<Implementation>(system, std::move(minimizer), time,
-                                          std::move(root_finder));
+                                          std::move(root_finder), follower_loads);
 }
 
 }  // namespace tetraction

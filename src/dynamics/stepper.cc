@@ -5,7 +5,7 @@
 namespace tetraction {
 
 Stepper::Stepper(const MechanicalSystem& system)
-    : system_(system), reaction_(Vector::Zero(system.dof_count())) {}
+    : system_(system), reactions_(Reactions::zero(system.dof_count())) {}
 
 StepOutcome Stepper::step_to(State& state, double h, double end_time) {
   StepOutcome outcome = advance(state, result_, h, end_time);
@@ -32,8 +32,10 @@ void Stepper::add_impulse(const Vector& x, const Vector& force, double dt,
   }
 }
 
-void Stepper::add_reaction(const Vector& x, const Vector& impulse, StepOutcome& outcome) {
-  reaction_ += impulse;
+void Stepper::add_reaction(const Vector& x, double delay, const Vector& impulse,
+                           StepOutcome& outcome) {
+  reactions_.force += impulse;
+  if (delay != 0.0) reactions_.delay += delay * impulse;
   add_impulse(x, impulse, 1.0, outcome);
 }
 
@@ -44,12 +46,12 @@ double Stepper::constraint_work(const State& from, const State& to) const {
     // A reaction is the force of the support plus the forces of distances at the vertex. The work
     // of a distance at its two ends adds up to zero, so that only the work of the support counts.
     Vector passed_on;
-    if (configuration_force_.size() > 0) {
-      passed_on = constraints.vertex_forces(configuration_force_);
+    if (reactions_.configuration_force.size() > 0) {
+      passed_on = constraints.vertex_forces(reactions_.configuration_force);
     }
     constraints.for_each_prescribed_way(from.position, to.time, [&](Index v, const Vector3& way) {
       if (v >= system_.owned_vertex_count()) return;
-      work += vertex_block(reaction_, v).dot(way);
+      work += vertex_block(reactions_.force, v).dot(way);
       if (passed_on.size() > 0) work -= vertex_block(passed_on, v).dot(way);
     });
   }

@@ -21,6 +21,7 @@ class Targets {
  public:
   Targets(const Scene& scene, const MechanicalSystem& system) : scene_(scene), system_(system) {
     for (const FixSettings& fix : scene.fix) fixes_.push_back(of(fix));
+    for (const ConstraintSettings& constraint : scene.constraint) others_.push_back(of(constraint));
   }
 
   void make(const Edit& edit) {
@@ -31,6 +32,17 @@ class Targets {
       // One that is changed may go on without the vertices that it has released.
       fixes_[number] = set->index ? Fix{} : of(set->fix);
       refuse(number);
+      for (const Other& other : others_) {
+        if (other.is_handle) refuse_shared(set->fix.where, fixes_[number].all, other);
+      }
+    } else if (const auto* other = std::get_if<SetConstraint>(&edit)) {
+      const std::size_t number = other->index.value_or(others_.size());
+      if (number > others_.size()) return;
+      if (number == others_.size()) others_.emplace_back();
+      others_[number] = of(other->constraint);
+      refuse_other(number);
+    } else if (const auto* removed = std::get_if<RemoveConstraint>(&edit)) {
+      if (removed->index < others_.size()) others_[removed->index] = Other{};
     } else if (const auto* release = std::get_if<Unfix>(&edit)) {
       const std::vector<Index> released =
           select_at(system_.mesh(), release->select, release->where);
@@ -39,6 +51,7 @@ class Targets {
         for (const Index v : released) {
           fixes_[number].targets.erase(v);
           fixes_[number].vertices.erase(v);
+          fixes_[number].all.erase(v);
         }
       }
     }
@@ -48,18 +61,40 @@ class Targets {
   struct Fix {
     std::map<Index, Vector3> targets;  // empty if they are not known before the run
     std::set<Index> vertices;          // empty if it is not known which velocity they have
+    std::set<Index> all;
     Vector3 velocity = Vector3::Zero();
     std::array<bool, 3> components{};
     std::string where;
   };
 
+  // Of a [[constraint]] that is no distance.
+  struct Other {
+    std::set<Index> vertices;
+    bool is_handle = false;  // a free one
+    std::string where;
+  };
+
+  Other of(const ConstraintSettings& constraint) const {
+    Other result;
+    result.where = constraint.where;
+    const ConstraintObject object = make_constraint(
+        constraint, system_, system_.mesh().rest_positions(), 0.0, scene_.amplitude);
+    result.is_handle = std::holds_alternative<RigidHandle>(object);
+    if (std::holds_alternative<FixedDistance>(object)) return result;
+    for (const Index v : select_at(system_.mesh(), constraint.select, constraint.where)) {
+      result.vertices.insert(v);
+    }
+    return result;
+  }
+
   Fix of(const FixSettings& fix) const {
     Fix result;
     result.components = fix.components;
     result.where = fix.where;
-    if (fix.is_penalty || !fix.amplitude.empty()) return result;
     const PrescribedVertices held =
         make_held(fix, system_.mesh(), system_.mesh().rest_positions(), 0.0, scene_.amplitude);
+    result.all.insert(held.vertices.begin(), held.vertices.end());
+    if (fix.is_penalty || !fix.amplitude.empty()) return result;
     result.vertices.insert(held.vertices.begin(), held.vertices.end());
     result.velocity = fix.velocity;
     const bool is_known = fix.target.has_value() || !fix.targets.empty();
@@ -111,9 +146,35 @@ class Targets {
     }
   }
 
+  void refuse_shared(const std::string& where, const std::set<Index>& vertices,
+                     const Other& other) const {
+    for (const Index v : vertices) {
+      if (other.vertices.count(v) == 0) continue;
+      throw InputError(
+          fmt::format("{}: vertex {} is held or guided already at that time, by {}. The vertices "
+                      "of a rigid handle cannot "
+                      "be constrained in another way: release them first with unfix or "
+                      "remove_constraint, or let only one of "
+                      "them select it.",
+                      where, system_.mesh().vertex_id(v), other.where));
+    }
+  }
+
+  void refuse_other(std::size_t number) const {
+    const Other& made = others_[number];
+    for (std::size_t i = 0; i < others_.size(); ++i) {
+      if (i == number || !(made.is_handle || others_[i].is_handle)) continue;
+      refuse_shared(made.where, made.vertices, others_[i]);
+    }
+    if (!made.is_handle) return;
+    for (const Fix& fix : fixes_)
+      refuse_shared(made.where, made.vertices, {fix.all, false, fix.where});
+  }
+
   const Scene& scene_;
   const MechanicalSystem& system_;
   std::vector<Fix> fixes_;
+  std::vector<Other> others_;
 };
 
 }  // namespace

@@ -29,7 +29,7 @@ Equilibrium find_equilibrium(const MechanicalSystem& system, const SolverSetting
   result.path = loading.path();
   result.position = from.position;
   result.load = stepper->problem().applied_force(from.time, from.position);
-  result.reaction = stepper->reaction_force();
+  result.reaction = stepper->reactions().force;
   result.message = loading.message(outcome);
   return result;
 }

@@ -16,27 +16,36 @@ void add(std::vector<double>& row, const Vector3& vector) {
 }
 
 // The tension of a distance, or the resultant of the forces of the constraint and their moment about the
-// centre of its vertices.
+// centre of its vertices. The forces act at several times of the step, each where the vertices are then:
+// Σ (x − c) × f with x and c of these times, which go back from those of the end with the mean velocity.
 void add_constraint(const Session& session, std::size_t i, std::vector<double>& row) {
   if (session.scene().constraint[i].kind == ConstraintKind::kDistance) {
     row.push_back(session.tension(i));
     return;
   }
   const Vector& reaction = session.reaction_force();
-  const Vector& q = session.state().position;
+  const Vector& delay = session.reaction_delay();
+  const State& state = session.state();
   const std::vector<Index>& vertices = session.constraint_vertices(i);
   double mass = 0.0;
   Vector3 center = Vector3::Zero();
+  Vector3 velocity = Vector3::Zero();
   for (const Index v : vertices) {
-    mass += session.system().mass()[v];
-    center += session.system().mass()[v] * vertex_block(q, v);
+    const double m = session.system().mass()[v];
+    mass += m;
+    center += m * vertex_block(state.position, v);
+    velocity += m * vertex_block(state.velocity, v);
   }
-  if (mass > 0.0) center /= mass;
+  if (mass > 0.0) {
+    center /= mass;
+    velocity /= mass;
+  }
   Vector3 force = Vector3::Zero();
   Vector3 moment = Vector3::Zero();
   for (const Index v : vertices) {
     force += vertex_block(reaction, v);
-    moment += (vertex_block(q, v) - center).cross(vertex_block(reaction, v));
+    moment += (vertex_block(state.position, v) - center).cross(vertex_block(reaction, v)) -
+              (vertex_block(state.velocity, v) - velocity).cross(vertex_block(delay, v));
   }
   add(row, force);
   add(row, moment);

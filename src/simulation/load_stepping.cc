@@ -91,9 +91,11 @@ std::unique_ptr<StaticStepper> make_static_stepper(const MechanicalSystem& syste
   constexpr double kToRoundOff = 1e-13;
   SolverSettings exact = solver;
   exact.tolerance = std::min(exact.tolerance, kToRoundOff);
-  // Without inertia the Hessian is ill-conditioned: a factor serves better than an iteration.
+  // Without inertia the Hessian is ill-conditioned: a factor serves better than an iteration. A minimiser alone
+  // does not find equilibria of which the loads do not settle.
   std::shared_ptr<RootFinder> root_finder;
-  if (exact.kind == "newton" && exact.linear == LinearSolver::kAuto) {
+  const bool minimizes_first = exact.kind == "ceres";
+  if (minimizes_first || (exact.kind == "newton" && exact.linear == LinearSolver::kAuto)) {
     root_finder = make_newton_root_finder(system, {exact.tolerance, exact.max_iterations});
   } else {
     root_finder = make_root_finder(exact, system);
@@ -107,7 +109,9 @@ std::unique_ptr<StaticStepper> make_static_stepper(const MechanicalSystem& syste
     minimizer = make_mixed_newton_minimizer(system, {exact.tolerance, exact.max_iterations},
                                             std::move(minimizer));
   }
-  return StaticStepper::make(system, std::move(minimizer), time, std::move(root_finder));
+  return StaticStepper::make(system, std::move(minimizer), time, std::move(root_finder),
+                             minimizes_first ? StaticStepper::FollowerLoads::kMinimizeFirst
+                                             : StaticStepper::FollowerLoads::kSolve);
 }
 
 LoadStepping::LoadStepping(StaticStepper& stepper, double largest_increment,
@@ -155,7 +159,7 @@ StepOutcome LoadStepping::advance(const State& from, State& to) {
       return accept(outcome, to);
     }
     if (outcome.ok()) {
-      beyond = {to, outcome, stepper_.reaction_force(), stepper_.configuration_force()};
+      beyond = {to, outcome, stepper_.reactions()};
     }
     if (increment_ > kLeast) {
       increment_ = 0.5 * std::min(increment_, 1.0 - from.time);
@@ -183,7 +187,7 @@ StepOutcome LoadStepping::advance(const State& from, State& to) {
       return outcome;
     }
     to = beyond.state;
-    stepper_.set_reactions(beyond.reaction, beyond.configuration_force);
+    stepper_.set_reactions(beyond.reactions);
     stepper_.reset();
     rate_ = 0.0;
     return accept(beyond.outcome, to);
@@ -199,7 +203,7 @@ bool LoadStepping::find_beyond(const State& from, State& to, double next, Beyond
   sum_.iterations += outcome.minimizer.iterations;
   sum_.factorizations += outcome.minimizer.factorizations;
   if (!outcome.ok() || instability(to)) return false;
-  beyond = {to, outcome, stepper_.reaction_force(), stepper_.configuration_force()};
+  beyond = {to, outcome, stepper_.reactions()};
   return true;
 }
 
@@ -249,7 +253,7 @@ StepOutcome LoadStepping::accept(const StepOutcome& outcome, const State& to) {
   path_.residual_limit = outcome.minimizer.residual_limit;
   const StaticProblem& problem = stepper_.problem();
   path_.force = std::max(problem.applied_force(to.time, to.position).norm(),
-                         stepper_.reaction_force().norm());
+                         stepper_.reactions().force.norm());
   // Without loads and prescribed displacements the reactions are mere round-off.
   if (problem.force_scale() == 0.0 && path_.force <= path_.residual_limit) path_.force = 0.0;
   StepOutcome result = outcome;

@@ -43,8 +43,7 @@ class LoadStepping {
   struct Beyond {
     State state;
     StepOutcome outcome;
-    Vector reaction;
-    Vector configuration_force;
+    Reactions reactions;
     bool found() const { return state.position.size() > 0; }
   };
 

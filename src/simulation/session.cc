@@ -98,7 +98,7 @@ Session::Session(Scene scene, TetMesh mesh, Analysis analysis, double largest_in
   {
     const PhaseTimer timer(s.times.setup);
     s.system = make_system(s.scene, std::move(mesh));
-    s.reaction_force = Vector::Zero(s.system->dof_count());
+    s.reactions = Reactions::zero(s.system->dof_count());
     s.probes = std::make_unique<ProbeSet>(s.scene.probe, *s.system);
     if (analysis == Analysis::kEquilibrium) {
       s.begin_equilibrium(largest_increment, examines_stability);
@@ -218,7 +218,7 @@ void Session::Impl::renew_stepper() {
 }
 
 void Session::Impl::accept_step() {
-  stepper->exchange_reactions(reaction_force, configuration_force);
+  stepper->exchange_reactions(reactions);
   progress.external_force.swap(trial_external_force);
   states.switch_to_other();
 }

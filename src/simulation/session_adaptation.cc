@@ -43,13 +43,6 @@ class BalanceGuard {
   bool kept_ = false;
 };
 
-// mean += share · value, where either may be empty for a body without such forces.
-void add_share(Vector& mean, double share, const Vector& value) {
-  if (value.size() == 0) return;
-  if (mean.size() == 0) mean.setZero(value.size());
-  mean += share * value;
-}
-
 // The largest distance between the positions of a vertex, m.
 double largest_distance(const MeshPart* part, const Vector& a, const Vector& b) {
   const double square = (a - b).reshaped(3, a.size() / 3).colwise().squaredNorm().maxCoeff();
@@ -154,8 +147,7 @@ StepOutcome Session::Impl::advance_in_halves(StepOutcome failure) {
   };
   enter_failure();
   BalanceGuard guard(*balance);
-  Vector reaction;
-  Vector constraint_force;
+  Reactions mean;
   const State* from = &state();
   State* to = &work_states.middle;
   State* unused = &work_states.whole;
@@ -185,8 +177,7 @@ StepOutcome Session::Impl::advance_in_halves(StepOutcome failure) {
       ++level;
       continue;
     }
-    add_share(reaction, length / span.length, stepper->reaction_force());
-    add_share(constraint_force, length / span.length, stepper->configuration_force());
+    mean.add(stepper->reactions(), length / span.length, span.end - end);
     done += taken;
     ++substeps;
     smallest = std::min(smallest, length);
@@ -197,7 +188,7 @@ StepOutcome Session::Impl::advance_in_halves(StepOutcome failure) {
   const Index number = state().step + 1;
   states.other() = *from;
   states.other().step = number;
-  stepper->set_reactions(reaction, constraint_force);
+  stepper->set_reactions(mean);
   guard.keep();
   accept_step();
   enter_length(span.length, span.length < progress.plan.time_step);
@@ -223,13 +214,11 @@ Session::Impl::Halves Session::Impl::try_halves(const Span& span) {
       stepper->advance(state(), work_states.middle, half, state().time + half);
   count(halves.first.minimizer);
   if (!halves.first.ok()) return halves;
-  add_share(halves.reaction, 0.5, stepper->reaction_force());
-  add_share(halves.configuration_force, 0.5, stepper->configuration_force());
+  halves.reactions.add(stepper->reactions(), 0.5, half);
   halves.second = stepper->advance(work_states.middle, states.other(), half, span.end);
   count(halves.second.minimizer);
   if (!halves.second.ok()) return halves;
-  add_share(halves.reaction, 0.5, stepper->reaction_force());
-  add_share(halves.configuration_force, 0.5, stepper->configuration_force());
+  halves.reactions.add(stepper->reactions(), 0.5, 0.0);
   if (rest_diagonal == 0.0) rest_diagonal = bounding_box(system->mesh()).diagonal();
   const int order_of_rule = order(settings.time.integrator);
   halves.error =
@@ -245,7 +234,7 @@ void Session::Impl::accept_halves(const Halves& halves, const Span& span) {
   balance->enter(states.other(), halves.second);
   guard.keep();
   states.other().step = state().step + 1;
-  stepper->set_reactions(halves.reaction, halves.configuration_force);
+  stepper->set_reactions(halves.reactions);
   accept_step();
   if (follows_limit()) automatic().watch_elastic(halves.second.elastic_energy, state().step);
   progress.control.last_substeps = 2;

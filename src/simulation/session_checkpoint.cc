@@ -89,7 +89,8 @@ void Session::Impl::require_own(const Checkpoint& checkpoint) {
   const Index dofs = system->dof_count();
   const State& state = checkpoint.state;
   if (state.position.size() != dofs || state.velocity.size() != dofs ||
-      state.momentum.size() != dofs || checkpoint.reaction_force.size() != dofs ||
+      state.momentum.size() != dofs || checkpoint.reactions.force.size() != dofs ||
+      checkpoint.reactions.delay.size() != dofs ||
       (checkpoint.progress.external_force.size() != 0 &&
        checkpoint.progress.external_force.size() != dofs) ||
       static_cast<Index>(checkpoint.settings.materials.size()) != system->region_count()) {
@@ -148,8 +149,7 @@ Checkpoint Session::checkpoint() {
   }
   // The modes are vectors over the free coordinates of a part, which another number of parts could not use.
   if (s.system->part() != nullptr) s.progress.plan.automatic.modes = {};
-  return {s.identity(),      s.settings,       s.progress,           s.state(),
-          s.balance->sums(), s.reaction_force, s.configuration_force};
+  return {s.identity(), s.settings, s.progress, s.state(), s.balance->sums(), s.reactions};
 }
 
 void Session::restore(const Checkpoint& checkpoint) {
@@ -167,7 +167,7 @@ void Session::restore(const Checkpoint& checkpoint) {
     SystemSettings(own.settings, *s.system, s.scene.amplitude).put_in(*s.system);
     old_constraints = s.system->set_constraints(
         Constraints(own.settings.constraints.list(), s.system->mesh(), s.system->mass()));
-    const Index forces = own.configuration_force.size();
+    const Index forces = own.reactions.configuration_force.size();
     if (forces != 0 && forces != s.system->constraints().configuration_size()) {
       throw InputError("The checkpoint is not complete: forces of its constraints are missing.");
     }
@@ -184,8 +184,7 @@ void Session::restore(const Checkpoint& checkpoint) {
   s.balance->restore(std::move(own.balance));
   s.states.set(own.state);
   s.stepper = std::move(stepper);
-  s.reaction_force = std::move(own.reaction_force);
-  s.configuration_force = std::move(own.configuration_force);
+  s.reactions = std::move(own.reactions);
   s.whole_stepper.reset();
   s.tracker.reset();
   s.failed_step.reset();

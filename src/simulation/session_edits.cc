@@ -347,8 +347,7 @@ void Session::Impl::apply(const Edit& edit, double at, const std::string& what) 
   if (new_stepper) {
     stepper = std::move(new_stepper);
     whole_stepper.reset();
-    reaction_force.setZero();
-    configuration_force.resize(0);
+    reactions = Reactions::zero(system->dof_count());
   } else {
     stepper->reset();
   }

@@ -110,8 +110,7 @@ bool Session::Impl::load_step() {
   }
   const double length = states.other().time - state().time;
   enter_equilibrium(states.other());
-  reaction_force = stepper->reaction_force();
-  configuration_force = stepper->configuration_force();
+  reactions = stepper->reactions();
   states.switch_to_other();
   StepRange& steps = progress.steps;
   steps.last = length;

@@ -61,8 +61,7 @@ struct Session::Impl {
   std::unique_ptr<MechanicalSystem> system;
   std::unique_ptr<Stepper> stepper;
   // Of the last step that did not fail, as those of Stepper.
-  Vector reaction_force;
-  Vector configuration_force;
+  Reactions reactions;
   Vector trial_external_force;  // of the step that is being made
   std::unique_ptr<Balance> balance;
   BalanceSums balance_before;  // the last step; a member in order to avoid allocations
@@ -186,8 +185,7 @@ struct Session::Impl {
     StepOutcome first;
     StepOutcome second;  // of the whole step if that one failed
     double error = 0.0;
-    Vector reaction;
-    Vector configuration_force;
+    Reactions reactions;
   };
   Halves try_halves(const Span& span);
   void accept_halves(const Halves& halves, const Span& span);

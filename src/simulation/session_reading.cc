@@ -107,7 +107,7 @@ double Session::tension(std::size_t i) const {
   const SharedDistance shared = impl_->shared.at(i);
   if (shared.count == 0) return 0.0;
   const Constraints& constraints = impl_->system->constraints();
-  return constraints.tension(shared.number, impl_->configuration_force,
+  return constraints.tension(shared.number, impl_->reactions.configuration_force,
                              constraints.configuration(impl_->state().position)) /
          static_cast<double>(shared.count);
 }
@@ -132,7 +132,10 @@ const std::vector<Index>& Session::constraint_vertices(std::size_t i) const {
   return none;
 }
 const Vector& Session::reaction_force() const {
-  return impl_->reaction_force;
+  return impl_->reactions.force;
+}
+const Vector& Session::reaction_delay() const {
+  return impl_->reactions.delay;
 }
 int Session::last_iterations() const {
   return impl_->progress.last_report.iterations;

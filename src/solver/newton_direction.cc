@@ -38,6 +38,7 @@ constexpr int kVisits = 3;    // steps with a factor for their sake, until it st
 constexpr int kMost = 30;     // iterations of conjugate gradients with a factor, …
 constexpr int kMostWithMultigrid = 2000;  // … and with multigrid in several processes
 constexpr double kCurved = 1e-6;
+constexpr double kRefined = 1e-8;  // tolerance of refined directions by conjugate gradients
 // A random vector is assumed to have a component of at least this part of its expected size.
 constexpr double kAcross = 0.01;
 
@@ -122,8 +123,9 @@ bool NewtonDirection::find(const MinimizationProblem& problem, const Vector& x,
     for_this_step_ = ++visits_ < kVisits;
   }
   bool found = false;
-  const bool is_exact =
-      refined_ && options_.linear != LinearSolver::kMatrixFree && !prefers_double_cg();
+  const bool takes_factor =
+      options_.linear != LinearSolver::kMatrixFree && options_.linear != LinearSolver::kCg;
+  const bool is_exact = refined_ && takes_factor && !prefers_double_cg();
   if (system_.part() != nullptr && (is_exact || current_ != LinearSolver::kMatrixFree)) {
     found = with_preconditioner(problem, x, gradient, forcing, report, direction);
   } else if (is_exact) {
@@ -153,7 +155,7 @@ bool NewtonDirection::prefers_double_cg() const {
 }
 
 bool NewtonDirection::refine() {
-  if (refined_ || (current_ == LinearSolver::kCg && system_.part() == nullptr)) return false;
+  if (refined_) return false;
   refined_ = true;
   return true;
 }
@@ -201,7 +203,6 @@ bool NewtonDirection::without_matrix(const MinimizationProblem& problem, const V
 bool NewtonDirection::with_preconditioner(const MinimizationProblem& problem, const Vector& x,
                                           const Vector& gradient, double forcing,
                                           MinimizerReport& report, Vector& direction) {
-  constexpr double kRefined = 1e-8;
   using Kind = BodyPreconditioner::Kind;
   if (!preconditioned_) {
     const auto& source = dynamic_cast<const PreconditionerSource&>(*system_.part());
@@ -336,10 +337,13 @@ bool NewtonDirection::with_diagonal(const MinimizationProblem& problem, const Ve
   AssembledSystem& matrix = assembled();
   matrix.assemble(problem, x);
   const Vector right = -system_.coordinates().restrict(gradient);
+  const double tolerance = refined_ ? std::min(forcing, kRefined) : forcing;
+  // Round-off delays the iterations of an ill-conditioned matrix.
+  const int most = static_cast<int>((refined_ ? 20 : 2) * right.size()) + 100;
   Vector solution;
   const auto solve = [&] {
-    const CgReport done = matrix.solve(right, AssembledSystem::Preconditioner::kDiagonal, forcing,
-                                       static_cast<int>(2 * right.size()) + 100, solution);
+    const CgReport done =
+        matrix.solve(right, AssembledSystem::Preconditioner::kDiagonal, tolerance, most, solution);
     report.cg_iterations += done.iterations;
     return done.negative_curvature;
   };

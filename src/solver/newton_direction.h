@@ -27,8 +27,8 @@ class NewtonDirection {
   bool find(const MinimizationProblem& problem, const Vector& x, const Vector& gradient,
             double forcing, MinimizerReport& report, Vector& direction);
   /// To be called if the last direction made no progress. From then on, to the end of the step,
-  /// directions are computed in double precision; with the preconditioner of a body in parts, which
-  /// always are, to more digits. Returns false if they are already.
+  /// directions are computed in double precision; those of assembled conjugate gradients and of a body in
+  /// parts, which always are, to more digits. Returns false if they are already.
   bool refine();
   /// The direction of negative curvature that the last find() met. Mostly there is none.
   const NegativeCurvature& negative_curvature() const { return curvature_; }

@@ -52,9 +52,15 @@ class NewtonMinimizer : public Minimizer {
   }
 
  private:
-  // Newton's method until the residual is small enough or no direction makes progress.
+  // Newton's method until the residual is small enough or no direction makes progress. A residual that does not
+  // get smaller near round-off is as small as it can be.
   void descend(const MinimizationProblem& problem, MinimizerReport& report) {
+    constexpr double kNear = 2.0;  // times the estimate of round-off
+    constexpr int kStalls = 2;
     ForcingTerm forcing(first_forcing_);
+    int stalls = 0;
+    int moves = 0;
+    const auto is_near = [&] { return report.residual <= kNear * problem.round_off(at_.u); };
     const bool first_may_do = !problem.is_loaded(at_.u);
     while (!is_small_enough(report, first_may_do)) {
       if (report.iterations >= options_.max_iterations) {
@@ -65,6 +71,7 @@ class NewtonMinimizer : public Minimizer {
       const double before = report.residual;
       if (!linear_.find(problem, at_.u, at_.force, forcing.next(report), report, direction_) ||
           !search(problem, report)) {
+        if (moves > 0 && is_near()) break;
         if (linear_.refine()) continue;
         report.termination = Termination::kNoProgress;
         return;
@@ -73,6 +80,9 @@ class NewtonMinimizer : public Minimizer {
         met_curvature_ = true;
         leave(problem, report);
       }
+      stalls = report.residual > 0.5 * before ? stalls + 1 : 0;
+      ++moves;
+      if (stalls >= kStalls && is_near()) break;
       forcing.enter(report.residual / before);
       if (report.iterations == 1) first_forcing_ = forcing.first_of_next_step();
     }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "assembled_system.h"
@@ -113,6 +114,8 @@ class NewtonRootFinder : public RootFinder {
     ForcingTerm forcing(first_forcing_);
     const bool first_may_do = !problem.is_loaded(at_.u);
     int slow = 0;
+    double refined_from =
+        std::numeric_limits<double>::infinity();  // residual of the last refinement
     is_refined_ = false;
     while (!is_small_enough(report, first_may_do)) {
       if (report.iterations >= options_.max_iterations) {
@@ -129,7 +132,10 @@ class NewtonRootFinder : public RootFinder {
       const bool is_at_floor = slow > 0 && at_.residual <= floor_ * problem.round_off(at_.u);
       if (!found || slow >= kSlow || is_at_floor) {
         slow = 0;
-        if (!is_at_floor && refine()) {
+        // Round-off that a refinement did not lower will not be lowered by another one.
+        const bool may_help = !found || at_.residual <= 0.5 * refined_from;
+        if (!is_at_floor && may_help && refine()) {
+          refined_from = at_.residual;
           is_refined_ = true;
           continue;
         }

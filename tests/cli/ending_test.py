@@ -469,6 +469,32 @@ class Disk(EndingTest):
         finally:
             subprocess.run(["umount", disk], check=True)
 
+    def test_a_disk_that_is_full_when_plots_are_drawn(self):
+        study = ("study", "beam.toml", "--steps", "0.05", "--integrators", "midpoint", "--quiet")
+        self.run_program(*study, "--no-plots", "--out", "s")
+        plain = sum(os.path.getsize(os.path.join(folder, name)) // 4096 + 2
+                    for folder, _, names in os.walk(self.path("s")) for name in names)  # fmt: skip
+        disk = self.path("disk")
+        os.mkdir(disk)
+        for free in (3, 15, 30):  # pages beside the tables and the page of the study
+            size = f"size={4 * (plain + free)}k"
+            mounted = subprocess.run(["mount", "-t", "tmpfs", "-o", size, "tmpfs", disk],
+                                     capture_output=True)  # fmt: skip
+            if mounted.returncode != 0:
+                self.skipTest("no file system can be mounted")
+            try:
+                process = self.start(*study, "--out", "disk/s")
+                _, messages = process.communicate(timeout=120)
+                self.assertIn(process.returncode, (0, 4), messages)
+                self.assertIn("No space left", messages)
+                for line in messages.splitlines():
+                    self.assertRegex(line, "^(tetraction|plot_study): ")
+                with open(self.path("disk", "s", "study.csv")) as file:
+                    self.assertEqual(len(list(csv.reader(file))), 2)
+                self.assertEqual(self.leftovers("disk", "s"), [])
+            finally:
+                subprocess.run(["umount", disk], check=True)
+
 
 class Security(EndingTest):
     def test_a_scene_does_not_choose_a_directory_elsewhere(self):

@@ -166,6 +166,30 @@ class Events(CliTest):
         release = "[[event]]\nat = 0.05\nunfix = { select = { vertices = [80] } }\n"
         self.run_program("run", self.scene(first + release + second), "--out", "o")
 
+    def test_constraints_of_events_on_a_rigid_handle_are_refused_before_the_run(self):
+        end = 'select = { plane = { axis = "x", at = 4.0 } }'
+        handle = f'[[constraint]]\nkind = "rigid"\n{end}\n'
+        others = (f"fix = {{ {end} }}", f"fix = {{ {end}, penalty = 1e5 }}",
+                  f'constraint = {{ kind = "plane", normal = [1, 0, 0], {end} }}',
+                  f'constraint = {{ kind = "rigid", angular_velocity = [1, 0, 0], {end} }}',
+                  f'constraint = {{ kind = "rigid", {end} }}')  # fmt: skip
+        for command in ("check", "run"):
+            for other in others:
+                with self.subTest(command, other=other):
+                    scene = self.scene(handle + "[[event]]\nat = 0.05\n" + other + "\n")
+                    message = self.refused(2, command, scene)
+                    self.assertIn("event.0." + other.split(" ")[0], message)
+                    self.assertIn("constraint.0", message)
+        # The handle comes second, or another one was taken away before.
+        plane = f'constraint = {{ kind = "plane", normal = [1, 0, 0], {end} }}\n'
+        rigid = f'constraint = {{ kind = "rigid", {end} }}\n'
+        self.refused(2, "check", self.scene(
+            f"[[event]]\nat = 0.05\n{plane}[[event]]\nat = 0.06\n{rigid}"))  # fmt: skip
+        for first in (f"fix = {{ {end} }}\n[[event]]\nat = 0.06\nunfix = {{ {end} }}\n",
+                      f"{plane}[[event]]\nat = 0.06\nremove_constraint = 0\n"):  # fmt: skip
+            text = f"[[event]]\nat = 0.05\n{first}{rigid}"
+            self.run_program("run", self.scene(text), "--out", "o", "--quiet")
+
     def test_events_at_one_time_are_made_in_the_order_of_the_file(self):
         """And those within one step in the order of their times."""
         event = '[[event]]\nat = {}\nset = {{ "time.step" = {} }}\n'

@@ -12,6 +12,7 @@ import os
 import re
 import shutil
 import signal
+import stat
 import subprocess
 import sys
 import time
@@ -20,6 +21,15 @@ import unittest
 from cli_test import BEAM, CliTest
 
 PROGRAM = os.path.abspath(sys.argv[1])
+
+
+def plot_script():
+    """The program that draws the plots, as a module."""
+    script = os.path.join(os.path.dirname(__file__), "..", "..", "src", "cli", "plot_study.py")
+    spec = importlib.util.spec_from_file_location("plot_study", script)
+    plots = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(plots)
+    return plots
 
 
 class StudyTest(CliTest):
@@ -52,6 +62,20 @@ class Reference(StudyTest):
                             "--set", "time.end=0.1")  # fmt: skip
         self.assertIn("note: reference: midpoint with steps of 0.001 s, which makes 100 steps",
                       result.stderr)  # fmt: skip
+
+
+class StabilityLimit(StudyTest):
+    def test_of_a_body_that_cannot_move(self):
+        held = self.write("held.toml", BEAM.replace('plane = { axis = "x", at = 0.0 }',
+                                                    "all = true"))  # fmt: skip
+        for rule in ("midpoint", "verlet"):
+            told = self.run_program("study", held, "--steps", "0.05", "--integrators", rule,
+                                    "--no-plots", "--out", rule)  # fmt: skip
+            self.assertIn("Stability limit: none.", told.stdout)
+            with open(self.path(rule, "study.html")) as file:
+                page = file.read()
+            for text in (told.stdout, page):
+                self.assertNotRegex(text, r"h_crit = *([.,;<]|nan|inf)")
 
 
 class ExtrapolatedReference(StudyTest):
@@ -570,6 +594,34 @@ class Resume(StudyTest):
         # What a study itself has deleted is not missed.
         self.study("--integrators", "midpoint", *self.GRID[2:], "--resume")
         self.assertNotIn("no longer there", self.study(*self.GRID, "--resume").stderr)
+
+    def test_files_of_runs_that_are_no_files(self):
+        study = ("study", "beam.toml", "--out", "s", *self.GRID, "--quiet", "--resume")
+        self.study(*self.GRID)
+        whole = self.table()
+        history = self.path("s", "verlet-0.001", "history.csv")
+        for make in (os.mkfifo, lambda path: os.symlink("/dev/zero", path)):
+            os.remove(history)
+            make(history)
+            self.run_program(*study)
+            self.assertEqual(self.table(), whole)
+            self.assertTrue(stat.S_ISREG(os.lstat(history).st_mode))
+        # The plots are made without what cannot be read.
+        self.write("s/verlet-0.001/summary.json", "[" * 100000)
+        self.assertEqual(self.run_program(*study).stderr, "")
+        # A link may lead to the run of another study.
+        folder = self.path("s", "verlet-0.001")
+        os.rename(folder, self.path("elsewhere"))
+        os.symlink(self.path("elsewhere"), folder)
+        self.assertIn("link", self.refused(4, *study))
+
+    def test_plots_read_regular_files_only(self):
+        plots = plot_script()
+        os.mkfifo(self.path("pipe"))
+        os.symlink("/dev/zero", self.path("zero"))
+        for name in ("pipe", "zero"):
+            self.assertEqual(plots.read_json(self.folder, name), {})
+            self.assertEqual(plots.read_columns(self.folder, name), {})
 
     def test_folders_that_have_vanished_from_a_study_that_was_killed(self):
         for end in (0.5, 2.0, 8.0, 32.0):
@@ -1202,10 +1254,7 @@ class Plots(StudyTest):
         """The work of moving constraints is energy that entered."""
         self.study("--integrators", "midpoint", "--steps", "0.01", "--set", "time.end=0.05",
                    "--set", "fix.0.velocity=[0.0, 0.1, 0.0]")  # fmt: skip
-        script = os.path.join(os.path.dirname(__file__), "..", "..", "src", "cli", "plot_study.py")
-        spec = importlib.util.spec_from_file_location("plot_study", script)
-        plots = importlib.util.module_from_spec(spec)
-        spec.loader.exec_module(plots)
+        plots = plot_script()
         history = plots.read_history({"directory": self.path("s", "midpoint-0.01")})
         with open(self.path("s", "midpoint-0.01", "summary.json")) as file:
             summary = json.load(file)

@@ -6,7 +6,7 @@ import re
 
 COMMAND = re.compile(r"^(\$ )?(tetraction|scripts/|cmake|ctest|cpack|build/|python3?|pip|git|apt(-get)?|sudo) ?")
 MARK = re.compile(
-    r"<!-- (not run|shortened|before it|file|file scope|only compiled):\s+(.*?)\s*-->", re.DOTALL)
+    r"<!-- (not run|shortened|before it|added to|file|file scope|only compiled):\s+(.*?)\s*-->", re.DOTALL)
 
 
 def pages_of(tree):

@@ -20,6 +20,7 @@ A comment in the line before a block says what else holds:
   `tetraction study` of the block.
 - <!-- before it: TOML --> is put before the text of a `toml` block.
 - <!-- file: NAME --> also writes a scene to this file, which the commands of the page then find.
+- <!-- added to: NAME --> puts the text at the end of such a file.
 
 A block that is none of these, and commands in an indented block, make the test fail.
 """
@@ -192,6 +193,11 @@ class Snippets(unittest.TestCase):
             if "import tetraction" not in self.python or importlib.util.find_spec("tetraction"):
                 self.executed(block, sys.executable, self.write("snippet.py", self.python))
         elif block.language == "toml":
+            if "added to" in block.marks:
+                with open(os.path.join(self.folder, block.marks["added to"]), encoding="utf-8") as file:
+                    whole = file.read() + block.text
+                self.executed(block, PROGRAM, "check", self.write(block.marks["added to"], whole))
+                return
             before = block.marks.get("before it")
             scene = as_scene(before + "\n" + block.text if before else block.text)
             if "file" in block.marks:

@@ -1,10 +1,12 @@
 #include "tetraction/dynamics/stability.h"
 
 #include <Eigen/Eigenvalues>
+#include <Eigen/QR>
 #include <cmath>
 #include <cstdlib>
 #include <limits>
 
+#include "core/decompositions.h"
 #include "support/bodies.h"
 #include "support/step_problems.h"
 #include "tetraction/dynamics/derivative_check.h"
@@ -41,6 +43,49 @@ TEST(StabilityLimit, AgreesWithTheDenseEigenproblem) {
         EXPECT_GE(limit.element, 0);
       }
     }
+  }
+}
+
+// The same in the space that the equations of constraints allow.
+double dense_omega_max_on_constraints(const MechanicalSystem& system, const Vector& q) {
+  const SparsityPattern pattern(system.rest(), system.coordinates());
+  std::vector<double> values(static_cast<std::size_t>(pattern.nonzeros()), 0.0);
+  EXPECT_TRUE(system.elastic().add_hessian(q, pattern, values.data()).ok());
+  const Vector root = system.coordinates().reduced_mass(system.mass()).cwiseSqrt().cwiseInverse();
+  const Matrix k = root.asDiagonal() * dense_matrix(pattern, values) * root.asDiagonal();
+  const Constraints& constraints = system.constraints();
+  const Matrix across = root.asDiagonal() * (constraints.selector() *
+                                             constraints.gradients(constraints.configuration(q)));
+  const Eigen::ColPivHouseholderQR<Matrix> qr(across);
+  const Matrix basis = qr.householderQ();
+  const Matrix allowed = basis.rightCols(basis.cols() - qr.rank());
+  return std::sqrt(symmetric_eigen(Matrix(allowed.transpose() * k * allowed)).values.maxCoeff());
+}
+
+TEST(StabilityLimit, FreeHandlesAndDistancesRestrictTheMotions) {
+  for (const auto& cells : {std::array{2, 1, 1}, std::array{6, 4, 3}}) {
+    const TetMesh mesh = small_block(cells);
+    MechanicalSystem system(mesh, NeoHookean(4e5, 1e6), 1000.0);
+    const double free_omega = stability_limit(system, system.rest_state().position).omega_max;
+    const auto constrain = [&](const Selection& part, std::vector<FixedDistance> distances) {
+      RigidHandle handle{select_vertices(mesh, part), {}, "handle"};
+      handle.shape.resize(3, static_cast<Index>(handle.vertices.size()));
+      for (std::size_t i = 0; i < handle.vertices.size(); ++i) {
+        handle.shape.col(static_cast<Index>(i)) =
+            mesh.vertices[static_cast<std::size_t>(handle.vertices[i])];
+      }
+      system.set_constraints(
+          Constraints({{}, {}, std::move(distances), {handle}}, mesh, system.mass()));
+    };
+    constrain(SelectPlane{0, 0.0, {}}, {FixedDistance{mesh.vertex_count() - 1, 1, 0.5, "rod"}});
+    const Vector q = system.rest_state().position;
+    const double exact = dense_omega_max_on_constraints(system, q);
+    EXPECT_NEAR(stability_limit(system, q).omega_max, exact, 1e-3 * exact);
+    EXPECT_NEAR(stability_limit(system, q, Integrator::kVerlet).critical_step, 2.0 / exact,
+                2e-3 / exact);
+    // A body that is one handle has nothing that could vibrate.
+    constrain(SelectAll{}, {});
+    EXPECT_LT(stability_limit(system, q).omega_max, 1e-3 * free_omega);
   }
 }
 

@@ -173,6 +173,20 @@ TEST_P(ConstrainedEquilibrium, PressureOnARigidEnd) {
   EXPECT_NEAR(sum.norm(), 2e5, 1e-6 * 2e5);
 }
 
+// So large a pressure that loads do not settle if the potential is minimised again and again.
+TEST_P(ConstrainedEquilibrium, LargePressureOnARigidEnd) {
+  Scene scene = beam({2, 1, 1}, {2, 1, 1}, 1e6);
+  scene.constraint = {handle(SelectPlane{0, 2.0, {}})};
+  scene.pressure = {pressure(SelectPlane{0, 2.0, {}}, 3e5)};
+  const TetMesh mesh = with_edge_vertices(generate_mesh(*scene.mesh.generate));
+  Session session = this->session(scene, mesh);
+  ASSERT_NO_FATAL_FAILURE(solve(session));
+  Session other(scene, mesh, Analysis::kEquilibrium, 0.1);  // another solver and another path
+  ASSERT_NO_FATAL_FAILURE(solve(other));
+  const double energy = other.balance().energies().elastic();
+  EXPECT_NEAR(session.balance().energies().elastic(), energy, 1e-9 * energy);
+}
+
 // A pull that follows the end and a force across it. The result was found independently, by Newton's method on
 // the whole saddle-point system.
 TEST_P(ConstrainedEquilibrium, PullAndForceOnARigidEnd) {

@@ -252,6 +252,33 @@ TEST(FollowerStatics, SmoothBendingIsNoLimitPoint) {
 
 // Implicit motions of the column under half of the flutter load go to the equilibrium at once or swing
 // about it, whatever the step.
+// Round-off of the forces of a slender body is not taken for a load that it cannot carry. In other units the same body
+// ends at another level of round-off.
+TEST(FollowerStatics, RoundOffIsNoLimitPoint) {
+  for (const double unit : {1e-3, 1.0, 1e3}) {
+    Scene scene;
+    scene.mesh.generate =
+        GeneratorSettings{GeneratorKind::kBox, unit * Vector3(20.0, 0.7, 0.5), {18, 1, 1}};
+    scene.material.model = "stvk";
+    scene.material.youngs_modulus = 682812763.0267657;
+    scene.material.poissons_ratio = 0.49;
+    scene.fix = {fix(SelectPlane{0, 0.0, {}})};
+    SelectFaces up;
+    up.normal = Vector3(0, 0, 1);
+    scene.pressure = {pressure(up, -588.0927542862386)};
+    Session session = equilibrium(scene);
+    ASSERT_EQ(session.run(), RunStatus::kFinished) << session.message();
+    EXPECT_TRUE(session.load_path()->limit_points.empty()) << session.message();
+    EXPECT_EQ(session.load_path()->steps, 1);
+    EXPECT_LT(session.total_iterations(), 100);
+    const TetMesh& mesh = session.system().mesh();
+    const Index tip = select_vertices(mesh, SelectNearest{unit * Vector3(20, 0, 0.5)}).front();
+    const Vector3 moved =
+        session.state().position.segment<3>(3 * tip) - mesh.vertices[static_cast<std::size_t>(tip)];
+    EXPECT_NEAR(moved.norm() / unit, 1.4714, 1e-4);
+  }
+}
+
 TEST(FollowerMotion, ImplicitStepsUnderLargePressure) {
   Session found = equilibrium(column(10.0));
   ASSERT_EQ(found.run(), RunStatus::kFinished) << found.message();

@@ -39,8 +39,8 @@ double vertex_damping_rate(const MechanicalSystem& system, const Vector& q, doub
 /// Computes h_crit at positions q by Lanczos iterations (Spectra) on the matrix-free K, to a
 /// relative accuracy of 1e-4 in ω². W must be defined at q. K is the Hessian of the elastic energy
 /// and of the potentials of all force terms at `time`. C is the damping matrix of viscosity and of
-/// the dissipation potentials of all terms at v = 0. Constraints with multipliers are ignored,
-/// which can only make the limit too small.
+/// the dissipation potentials of all terms at v = 0. Distances and free handles restrict the motions as they do
+/// at q; that their forces turn with the body (λ ∂²g/∂q²) is left out.
 ///
 /// The limits of the explicit rules differ if there is damping. For an implicit rule the limit is
 /// that of `explicit`. Damping lowers the limit, because its force is taken at velocities that are

@@ -13,12 +13,19 @@ namespace tetraction {
 /// that depend on positions it solves the equations of equilibrium, which are not those of a minimum.
 class StaticStepper : public Stepper {
  public:
+  /// How equilibria under loads that depend on positions are found if there is a root finder.
+  enum class FollowerLoads {
+    kSolve,          ///< by the root finder
+    kMinimizeFirst,  ///< by repeated minimisations, and by the root finder where these find none
+  };
+
   /// Potentials, loads and targets are those at `time`. `root_finder` is for loads that depend on positions;
   /// without one (null), minimisations are repeated until such loads fit the positions. Keeps a
   /// reference to `system`.
   static std::unique_ptr<StaticStepper> make(const MechanicalSystem& system,
                                              std::shared_ptr<Minimizer> minimizer, double time,
-                                             std::shared_ptr<RootFinder> root_finder = nullptr);
+                                             std::shared_ptr<RootFinder> root_finder = nullptr,
+                                             FollowerLoads follower_loads = FollowerLoads::kSolve);
   /// Lets the next steps minimise Π with constant loads, which are replaced until they fit the positions,
   /// although there is a root finder; or not any more. A minimiser finds stable equilibria only, also
   /// far away.

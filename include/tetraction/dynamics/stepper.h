@@ -18,10 +18,12 @@
 
 #include <memory>
 #include <string>
+#include <utility>
 
 #include "tetraction/dynamics/integrator.h"
 #include "tetraction/dynamics/mechanical_system.h"
 #include "tetraction/dynamics/minimizer.h"
+#include "tetraction/dynamics/reactions.h"
 
 namespace tetraction {
 
@@ -95,23 +97,13 @@ class Stepper {
   /// The same, to `end_time`.
   StepOutcome step_to(State& state, double h, double end_time);
   virtual void reset() {}
-  /// The reactions of the last step (3 per vertex, N): the impulses of the constraints divided by
-  /// h, and the forces of penalty springs.
-  const Vector& reaction_force() const { return reaction_; }
-  /// The generalised forces u on the configuration of the constraints' equations, as the mean over
-  /// the last step. Empty without equations or before the first step.
-  const Vector& configuration_force() const { return configuration_force_; }
-  /// Sets what these two functions return until the next step.
-  void set_reactions(const Vector& reaction_force, const Vector& configuration_force) {
-    reaction_ = reaction_force;
-    configuration_force_ = configuration_force;
-  }
-  /// Exchanges what these two functions return for those of an earlier step with the same constraints, or zero.
-  /// A caller can so keep them without a copy, because a step that fails may change them.
-  void exchange_reactions(Vector& reaction_force, Vector& configuration_force) {
-    reaction_.swap(reaction_force);
-    configuration_force_.swap(configuration_force);
-  }
+  /// Those of the last step.
+  const Reactions& reactions() const { return reactions_; }
+  /// Sets what reactions() returns until the next step.
+  void set_reactions(const Reactions& reactions) { reactions_ = reactions; }
+  /// Exchanges what reactions() returns for those of an earlier step with the same constraints, or zero. A
+  /// caller can so keep them without a copy, because a step that fails may change them.
+  void exchange_reactions(Reactions& reactions) { std::swap(reactions_, reactions); }
 
  protected:
   explicit Stepper(const MechanicalSystem& system);
@@ -122,11 +114,11 @@ class Stepper {
   void gather_loads(const State& from, double h, double alpha, Vector& load);
   /// Enters the linear and angular impulse of forces that act at positions x for the time dt.
   void add_impulse(const Vector& x, const Vector& force, double dt, StepOutcome& outcome) const;
-  /// Enters a change of momenta that the constraints make at positions x.
-  void add_reaction(const Vector& x, const Vector& impulse, StepOutcome& outcome);
+  /// Enters a change of momenta that the constraints make at positions x, `delay` seconds before the end of the step.
+  void add_reaction(const Vector& x, double delay, const Vector& impulse, StepOutcome& outcome);
   /// The work of the constraints from one state to the next, J. It is the work of the reactions,
   /// less the forces of distances, along the displacement of the moving targets, and the energy
-  /// that penalty springs gave to the body. `reaction_` must not contain the springs.
+  /// that penalty springs gave to the body. `reactions_` must not contain the springs.
   double constraint_work(const State& from, const State& to) const;
   /// The work of loads that have a potential, and that of stored potentials which depend on the
   /// time, on the body between two states, J.
@@ -135,8 +127,7 @@ class Stepper {
   StepOutcome& undefined(StepOutcome& outcome, const ForceTerm& term, Index vertex) const;
 
   const MechanicalSystem& system_;
-  Vector reaction_;
-  Vector configuration_force_;
+  Reactions reactions_;
 
  private:
   State result_;      // of step_to(); empty before its first call

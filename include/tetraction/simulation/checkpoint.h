@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "tetraction/dynamics/balance.h"
+#include "tetraction/dynamics/reactions.h"
 #include "tetraction/dynamics/state.h"
 #include "tetraction/simulation/run_progress.h"
 #include "tetraction/simulation/run_settings.h"
@@ -33,8 +34,7 @@ struct Checkpoint {
   RunProgress progress;
   State state;
   BalanceSums balance;
-  Vector reaction_force;       ///< Session::reaction_force(), N
-  Vector configuration_force;  ///< Stepper::configuration_force()
+  Reactions reactions;
 };
 
 }  // namespace tetraction

@@ -198,6 +198,8 @@ class Session {
   const std::vector<std::string>& warnings() const;
   /// Reactions of the constraints in the last step (3 per vertex, N).
   const Vector& reaction_force() const;
+  /// Reactions::delay of the same step, N s.
+  const Vector& reaction_delay() const;
   /// User forces in the last step, pressure included, or before the first step those of the first (3
   /// per vertex, N).
   Vector external_force() const;

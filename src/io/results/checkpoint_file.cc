@@ -33,7 +33,7 @@ namespace fs = std::filesystem;
 // The beginning of a file. It is followed by the size of the numbers, the numbers, and the check sum
 // of everything before it.
 constexpr std::string_view kMagic = "Tetraction checkpoint\n";
-constexpr std::uint32_t kFormat = 4;
+constexpr std::uint32_t kFormat = 5;
 constexpr std::uint32_t kByteOrder = 0x01020304;
 constexpr std::size_t kBeginSize =
     kMagic.size() + sizeof kFormat + sizeof kByteOrder + sizeof(std::uint64_t);
@@ -92,8 +92,9 @@ void require_sensible(const Checkpoint& checkpoint) {
     if (!is_right) throw BadBytes{what};
   };
   const State& state = checkpoint.state;
-  require(state.velocity.allFinite() && checkpoint.reaction_force.allFinite() &&
-              checkpoint.configuration_force.allFinite() &&
+  require(state.velocity.allFinite() && checkpoint.reactions.force.allFinite() &&
+              checkpoint.reactions.delay.allFinite() &&
+              checkpoint.reactions.configuration_force.allFinite() &&
               checkpoint.progress.external_force.allFinite(),
           "a velocity or a force is not finite");
   const RunProgress& progress = checkpoint.progress;

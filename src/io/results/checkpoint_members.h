@@ -200,10 +200,16 @@ void transfer(Archive& archive, T& value) {
   std::visit([&](auto& object) { transfer(archive, object); }, value);
 }
 
+template <class Archive, Is<Reactions> T>
+void transfer(Archive& archive, T& value) {
+  auto& [force, delay, configuration_force] = value;
+  transfer_all(archive, force, delay, configuration_force);
+}
+
 template <class Archive, Is<Checkpoint> T>
 void transfer(Archive& archive, T& value) {
-  auto& [body, settings, progress, state, balance, reaction_force, configuration_force] = value;
-  transfer_all(archive, body, progress, state, balance, reaction_force, configuration_force);
+  auto& [body, settings, progress, state, balance, reactions] = value;
+  transfer_all(archive, body, progress, state, balance, reactions);
   transfer_list(archive, settings.constraints.fixes);
   transfer_list(archive, settings.constraints.others);
 }

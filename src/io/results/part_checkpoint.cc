@@ -15,9 +15,10 @@ namespace {
 using FixList = std::vector<PrescribedVertices>;
 
 // The vectors of a checkpoint that have three numbers for each vertex, but for the external force, which may be empty.
-std::array<Vector*, 4> vertex_vectors(Checkpoint& checkpoint) {
+std::array<Vector*, 5> vertex_vectors(Checkpoint& checkpoint) {
   State& state = checkpoint.state;
-  return {&state.position, &state.momentum, &state.velocity, &checkpoint.reaction_force};
+  return {&state.position, &state.momentum, &state.velocity, &checkpoint.reactions.force,
+          &checkpoint.reactions.delay};
 }
 
 // The vertices of a [[fix]] of all parts with their positions, by their numbers in the whole mesh.
