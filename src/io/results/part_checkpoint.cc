@@ -14,8 +14,10 @@ namespace {
 
 using FixList = std::vector<PrescribedVertices>;
 
+constexpr std::size_t kVertexVectors = 5;
+
 // The vectors of a checkpoint that have three numbers for each vertex, but for the external force, which may be empty.
-std::array<Vector*, 5> vertex_vectors(Checkpoint& checkpoint) {
+std::array<Vector*, kVertexVectors> vertex_vectors(Checkpoint& checkpoint) {
   State& state = checkpoint.state;
   return {&state.position, &state.momentum, &state.velocity, &checkpoint.reactions.force,
           &checkpoint.reactions.delay};
@@ -81,7 +83,7 @@ Checkpoint collected(const MeshPart& part, const Checkpoint& own) {
 
 StoredCheckpoint handed_out(const MeshPart& part, StoredCheckpoint whole) {
   // Everything but the vectors goes to all processes.
-  std::array<Vector, 4> vectors;
+  std::array<Vector, kVertexVectors> vectors;
   Vector force;
   std::string bytes;
   if (part.rank() == 0) {
