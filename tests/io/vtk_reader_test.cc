@@ -466,5 +466,108 @@ TEST_F(VtkReader, TrianglesWithNumbersAreGroups) {
   EXPECT_EQ(curved.groups[0].vertices, (std::vector<Index>{0, 1, 2, 4, 5, 6}));
 }
 
+// VTK stops inside such words, reads them as two, or keeps their lowest bits.
+TEST_F(VtkReader, WordsOfTextArraysAreNumbersOfTheirType) {
+  const auto with_data = [&](const char* type, const char* values) {
+    VtuText vtu;
+    vtu.cell_data = array(type, "E", values);
+    return refusal("data.vtu", vtu.text());
+  };
+  expect_refused(with_data("Float64", "1e6 1.0-101 5e6"), "\"1.0-101\" in its array \"E\" is not");
+  expect_refused(with_data("Float64", "1 2 9,5e6"), "\"9,5e6\" in its array \"E\" is not a number");
+  expect_refused(with_data("Float32", "1 2 1e39"), "\"1e39\" in its array \"E\" is not a number");
+  expect_refused(with_data("Int32", "1 2 2.9"), "\"2.9\" in its array \"E\" is not a number from");
+  expect_refused(with_data("UInt16", "1 2 -1"), "\"-1\" in its array \"E\" is not a number from 0");
+  expect_refused(with_data("UInt32", "1 2 -1"), "not a number from 0 to 4294967295");
+  expect_refused(with_data("UInt64", "-1 1 2"), "not a number from 0 to 18446744073709551615");
+  expect_refused(with_data("Int16", "1 2 32768"), "not a number from -32768 to 32767");
+  expect_refused(with_data("&#85;Int8", "1 2 257"), "could read them in two ways");
+  EXPECT_EQ(with_data("Float64", "+1e6 .5 1e-400"), "(accepted)");
+  EXPECT_EQ(with_data("Float64", "nan 1 2"), "(accepted)");
+  EXPECT_EQ(with_data("Int64", "-9223372036854775808 +1 9223372036854775807"), "(accepted)");
+
+  VtuText vtu;
+  const VtuText good = vtu;
+  vtu.coordinates = "0 0 0  1.0-101 0 0  1 0 0  0 1  1 1 1";
+  expect_refused(refusal("points.vtu", vtu.text()), "\"1.0-101\" in its array \"Points\"");
+  vtu = good;
+  vtu.connectivity = "0 1 2 3  1 2 3 4  0 1 2e5";
+  expect_refused(refusal("cells.vtu", vtu.text()), "\"2e5\" in its array \"connectivity\"");
+  vtu = good;
+  vtu.offsets = "4 8 11.5";
+  expect_refused(refusal("offsets.vtu", vtu.text()), "\"11.5\" in its array \"offsets\"");
+  vtu = good;
+  vtu.types = "10 10 5.9";
+  expect_refused(refusal("types.vtu", vtu.text()), "\"5.9\" in its array \"types\"");
+  const std::string hidden = replaced(good.text(), "\"connectivity\"", "\"connectivit&#121;\"");
+  expect_refused(refusal("hidden.vtu", hidden), "could read them in two ways");
+}
+
+// VTK leaves the rest of its memory as it is where bytes are missing, and does not see what is left over.
+TEST_F(VtkReader, BinaryArraysHaveExactlyTheirBytes) {
+  const auto in_base64 = [&](const std::string& bytes) {
+    VtuText vtu;
+    vtu.cells = "1";
+    vtu.connectivity = "0 1 2 3";
+    vtu.offsets = "4";
+    vtu.types = "10";
+    vtu.cell_data =
+        "<DataArray type=\"Float64\" Name=\"E\" format=\"binary\">" + bytes + "</DataArray>";
+    return refusal("binary.vtu", vtu.text());
+  };
+  EXPECT_EQ(in_base64("\n  CAAAAAAAAAAAABRA\n"), "(accepted)");  // 8 bytes, the number 5
+  expect_refused(in_base64("CAAAAAAAAAA="), "\"E\" has fewer bytes than it announces");
+  expect_refused(in_base64("CAAAAAAA!AAAABRA"), "or some that are not base64");
+  expect_refused(in_base64("CAA"), "\"E\" is cut in its header");
+  expect_refused(in_base64("CAAAAAAAAAAAABRACAAAAAAAAAAAABRA"), "\"E\" has more behind the bytes");
+  expect_refused(in_base64("CAAAAAAAAAAAABRA!!!!"), "\"E\" has more behind the bytes");
+  expect_refused(in_base64("BwAAAAAAAAAAABQ="), "\"E\" announces bytes that are no whole numbers");
+  expect_refused(in_base64("AAAAAA=="), "\"E\"");
+}
+
+TEST_F(VtkReader, AppendedArraysHaveExactlyTheirBytes) {
+  using namespace std::string_literals;
+  const std::string block = "\x08\0\0\0\0\0\0\0\0\0\x14\x40"s;  // the number 5
+  const auto appended = [&](const std::string& bytes, const std::string& behind = "",
+                            const std::string& second = "") {
+    VtuText vtu;
+    vtu.cells = "1";
+    vtu.connectivity = "0 1 2 3";
+    vtu.offsets = "4";
+    vtu.types = "10";
+    vtu.cell_data = "<DataArray type=\"Float64\" Name=\"E\" format=\"appended\" offset=\"0\"/>";
+    if (!second.empty()) {
+      vtu.cell_data +=
+          "<DataArray type=\"Float64\" Name=\"F\" format=\"appended\" offset=\"" + second + "\"/>";
+    }
+    return refusal("appended.vtu", replaced(vtu.text(), "</VTKFile>",
+                                            "<AppendedData encoding=\"raw\">\n _" + bytes +
+                                                "\n</AppendedData>" + behind + "\n</VTKFile>"));
+  };
+  EXPECT_EQ(appended(block), "(accepted)");
+  EXPECT_EQ(appended(block + block, "", "12"), "(accepted)");
+  expect_refused(appended(block.substr(0, 9)), "does not end after the last of its arrays");
+  expect_refused(appended(block + "more"), "does not end after the last of its arrays");
+  expect_refused(appended(block, "<AppendedData encoding=\"raw\">_" + block + "</AppendedData>"),
+                 "something follows it");
+  expect_refused(appended(block, "<UnstructuredGrid></UnstructuredGrid>"), "something follows it");
+  expect_refused(appended(block + block, "", "11"), "\"F\" begins within another array");
+  expect_refused(appended(block, "", "0"), "begins within another array");
+  expect_refused(appended(block, "", "99999"), "\"F\"");
+}
+
+// VTK does not fill an array that belongs to another time than the first one.
+TEST_F(VtkReader, SeriesInTimeAreRefused) {
+  VtuText vtu;
+  vtu.cell_data = replaced(array("Float64", "E", "1 2 3"), "Name", "TimeStep=\"1\" Name");
+  expect_refused(refusal("step.vtu", vtu.text()), "the attribute TimeStep");
+  const std::string values =
+      replaced(vtu.text(), "<UnstructuredGrid>", "<UnstructuredGrid TimeValues=\"0 1\">");
+  expect_refused(refusal("values.vtu", values), "the attribute TimeValues");
+  const std::string defined =
+      replaced(VtuText().text(), "<VTKFile", "<!DOCTYPE VTKFile>\n<VTKFile");
+  expect_refused(refusal("defined.vtu", defined), "has a <!DOCTYPE>");
+}
+
 }  // namespace
 }  // namespace tetraction

@@ -98,11 +98,13 @@ void StrictXmlReader::check_length(vtkXMLDataElement* array, vtkIdType values) {
   const std::size_t count = appended
                                 ? XMLParser->ReadAppendedData(offset, last.data(), first, 2, type)
                                 : XMLParser->ReadInlineData(array, 0, last.data(), first, 2, type);
-  if (count < 2) return;
-  find_trouble(
-      fmt::format("its array {} has more than the {} numbers that it should have, which is "
-                  "ambiguous",
-                  in_quotes(name_of(array)), values));
+  if (count == 1) return;
+  find_trouble(count > 1
+                   ? fmt::format("its array {} has more than the {} numbers that it should have, "
+                                 "which is ambiguous",
+                                 in_quotes(name_of(array)), values)
+                   : fmt::format("its array {} has fewer than the {} numbers that it should have",
+                                 in_quotes(name_of(array)), values));
 }
 
 // VTK keeps the lowest eight bits.

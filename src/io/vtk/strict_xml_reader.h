@@ -9,7 +9,8 @@
 namespace tetraction {
 
 /// Reads as its base class. trouble() says what makes the file ambiguous: sections or arrays that are
-/// given twice, pieces with different arrays, binary arrays that are too long, and types of cells that eight
+/// given twice, pieces with different arrays, binary arrays that have more or fewer numbers than they
+/// should, and types of cells that eight
 /// bits do not hold. check_xml_header() has looked at arrays in text.
 class StrictXmlReader : public vtkXMLUnstructuredGridReader {
  public:

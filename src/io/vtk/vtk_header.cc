@@ -11,6 +11,8 @@
 #include "io/text/file_kind.h"
 #include "tetraction/core/error.h"
 #include "vtk_legacy_sections.h"
+#include "vtk_numbers.h"
+#include "xml_binary.h"
 #include "xml_tags.h"
 
 namespace tetraction {
@@ -67,23 +69,38 @@ std::string_view after_lines(std::string_view text, int lines) {
   return text;
 }
 
-// Calls use(tag, tags) for the tags in front of binary data, which may look like anything.
+// Calls use(tag, tags) for the tags up to <AppendedData>. What follows may look like anything.
 template <class Use>
 void for_each_tag(std::string_view text, const Use& use) {
   XmlTags tags(text);
   while (const auto tag = tags.next()) {
-    if (tag->name == "AppendedData") return;
     use(*tag, tags);
+    if (tag->name == "AppendedData") return;
   }
 }
 
-// Checks the arrays of a file that are text: VTK takes as many numbers as there should be and leaves what
-// follows them, and it cuts off the higher bits of numbers that a type does not hold.
-class XmlTextArrays {
+// Checks the arrays of a file. Of those in text VTK takes as many numbers as there should be and leaves
+// what follows them, it reads words that are no number as far as it can, and it cuts off the higher bits
+// of numbers that a type does not hold.
+class XmlArrays {
  public:
-  explicit XmlTextArrays(const std::string& path) : path_(path) {}
+  XmlArrays(const std::string& path, std::string_view text, const XmlTag& file)
+      : path_(path), binary_(path, text, file) {}
 
   void visit(const XmlTag& tag, const XmlTags& tags) {
+    refuse_time_steps(tag);
+    if (!tag.closes && (tag.name == "DataArray" || tag.name == "Array")) {
+      refuse_references(tag);
+      if (tag.attribute("offset")) {
+        binary_.add_appended(tag);
+      } else if (tag.attribute("format") == "binary") {
+        binary_.check_inline(tag, tags.content());
+      }
+    }
+    if (tag.name == "AppendedData" && !tag.closes) {
+      binary_.check_appended(tag);
+      appended_ = true;
+    }
     if (tag.name == "Piece" && !tag.closes) {
       points_ = number(tag.attribute("NumberOfPoints"));
       cells_ = number(tag.attribute("NumberOfCells"));
@@ -96,8 +113,37 @@ class XmlTextArrays {
       check(tag, tags.content());
     }
   }
+  void finish() const {
+    if (!binary_.has_appended() || appended_) return;
+    throw FileError(path_ + ": has arrays with an offset and no <AppendedData>.");
+  }
 
  private:
+  // VTK leaves the memory of an array as it is that does not belong to the time that it reads.
+  void refuse_time_steps(const XmlTag& tag) const {
+    for (const char* name : {"TimeStep", "TimeValues"}) {
+      if (!tag.attribute(name)) continue;
+      throw FileError(fmt::format(
+          "{}: <{}> has the attribute {}: the file holds a series in time, and which of "
+          "its states is the mesh is ambiguous. Write one state without it.",
+          path_, tag.name, name));
+    }
+  }
+  // What decides on the meaning of an array must stand there as it is meant.
+  void refuse_references(const XmlTag& array) const {
+    // VTK looks for numbers that are no appended ones behind the first > of the tag.
+    bool is_good = array.attribute("offset") || array.body.find('>') == array.body.npos;
+    for (const char* name : {"type", "format", "offset", "NumberOfComponents", "NumberOfTuples"}) {
+      is_good = is_good && array.attribute(name).value_or("").find('&') == array.body.npos;
+    }
+    if (section_ == "Cells") is_good = is_good && array.body.find('&') == array.body.npos;
+    if (is_good) return;
+    throw FileError(
+        fmt::format("{}: the attributes of an array, <{}>, have an & or a > where VTK and this "
+                    "check could read them in two ways. Write plain words.",
+                    path_, excerpt(array.body, 80)));
+  }
+
   static std::int64_t number(std::optional<std::string_view> text) {
     std::int64_t value = -1;
     if (text) std::from_chars(text->data(), text->data() + text->size(), value);
@@ -126,21 +172,27 @@ class XmlTextArrays {
                                 count > components * items ? ", which is ambiguous" : ""));
   }
 
-  // The number of words. Refuses those that would be cut to other numbers.
+  // The type of its words. That of cells is an integer, whatever the file says, since VTK makes it one.
+  std::optional<VtkNumberType> type_of(const XmlTag& array, std::string_view name) const {
+    if (section_ == "Cells" && name == "types") return xml_number_type("UInt8");
+    auto type = xml_number_type(array.attribute("type").value_or(""));
+    const bool is_whole = section_ == "Cells";
+    if (type && is_whole && type->kind == VtkNumberType::Kind::kReal)
+      return xml_number_type("Int64");
+    return type;
+  }
+
+  // The number of words. Refuses those that VTK would read as something else.
   std::int64_t check_words(const XmlTag& array, std::string_view name, std::string_view content) {
-    const bool is_types = section_ == "Cells" && name == "types";
-    const bool is_signed = array.attribute("type") == "Int8" && !is_types;
-    const bool is_byte = is_signed || is_types || array.attribute("type") == "UInt8";
-    const std::int64_t least = is_signed ? -128 : 0;
+    const auto type = type_of(array, name);
     std::int64_t count = 0;
     std::string_view word;
     for (std::size_t at = 0; (at = content.find_first_not_of(kSpace, at)) != content.npos;) {
       const std::size_t end = std::min(content.find_first_of(kSpace, at), content.size());
       word = content.substr(at, end - at);
-      const std::int64_t value = is_byte ? number(word) : least;
-      if (is_byte && (value < least || value > least + 255)) {
-        throw FileError(fmt::format("{}: {} in its array {} is not a number from {} to {}.", path_,
-                                    in_quotes(word), in_quotes(name), least, least + 255));
+      if (type && !is_number(word, *type)) {
+        throw FileError(fmt::format("{}: {} in its array {} is not {}.", path_, in_quotes(word),
+                                    in_quotes(name), describe(*type)));
       }
       ++count;
       at = end;
@@ -158,6 +210,8 @@ class XmlTextArrays {
   }
 
   const std::string& path_;
+  XmlBinaryArrays binary_;
+  bool appended_ = false;
   std::string_view section_;
   std::int64_t points_ = 0;
   std::int64_t cells_ = 0;
@@ -170,6 +224,9 @@ class XmlTextArrays {
 
 VtkHeader check_xml_header(const std::string& path, std::string_view text) {
   refuse_other_kinds(path, text, kXmlVtkKind);
+  if (text.substr(0, text.find("<VTKFile")).find("<!DOCTYPE") != text.npos) {
+    throw FileError(path + ": has a <!DOCTYPE>, whose definitions are not read. Write it without.");
+  }
   const auto file = XmlTags(text).next();
   if (!file || file->name != "VTKFile") {
     throw FileError(path + ": is not a VTU file: it has no <VTKFile>.");
@@ -202,7 +259,7 @@ VtkHeader check_xml_header(const std::string& path, std::string_view text) {
   const auto most_values = kMostValuesPerByte * static_cast<std::int64_t>(text.size());
   const auto most_components =
       most_values / std::max({header.points, header.cells, std::int64_t{1}}) + 1;
-  XmlTextArrays arrays(path);
+  XmlArrays arrays(path, text, *file);
   for_each_tag(text, [&](const XmlTag& tag, const XmlTags& tags) {
     if (tag.name == "DataArray" && !tag.closes) {
       if (const auto value = tag.attribute("NumberOfComponents")) {
@@ -214,6 +271,7 @@ VtkHeader check_xml_header(const std::string& path, std::string_view text) {
     }
     arrays.visit(tag, tags);
   });
+  arrays.finish();
   return header;
 }
 

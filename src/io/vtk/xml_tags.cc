@@ -53,7 +53,9 @@ std::optional<XmlTag> XmlTags::next() {
       if (!skip_past("-->")) return std::nullopt;
     } else if (rest.starts_with("<![CDATA[")) {
       if (!skip_past("]]>")) return std::nullopt;
-    } else if (rest.starts_with("<?") || rest.starts_with("<!")) {
+    } else if (rest.starts_with("<?")) {
+      if (!skip_past("?>")) return std::nullopt;
+    } else if (rest.starts_with("<!")) {
       if (!skip_past(">")) return std::nullopt;
     } else {
       break;
