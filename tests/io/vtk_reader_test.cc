@@ -569,5 +569,61 @@ TEST_F(VtkReader, SeriesInTimeAreRefused) {
   expect_refused(refusal("defined.vtu", defined), "has a <!DOCTYPE>");
 }
 
+// VTK takes words for keywords that only begin with one, and decodes names, so that the last of two holds.
+TEST_F(VtkReader, LegacyKeywordsAreWholeAndNamesDifferWhenDecoded) {
+  const std::string text = kLegacyText;
+  const std::string points = "POINTS_deformed 5 double\n0 0 0 2 0 0 0 2 0 0 0 2 2 2 2\n";
+  expect_refused(refusal("points.vtk", replaced(text, "CELLS", points + "CELLS")),
+                 "its section \"points_deformed\" is not known");
+  expect_refused(refusal("data.vtk", replaced(text, "CELL_DATA", "CELL_DATAX")), "\"cell_datax\"");
+  expect_refused(
+      refusal("cells.vtk", replaced(text, "CELL_TYPES", "CELLS_old 1 5\n4 0 1 2 4\nCELL_TYPES")),
+      "\"cells_old\"");
+  const std::string twice = "FIELD f 2\nE 1 3 double\n1 1 1\n%45 1 3 double\n2 2 2\nPOINT_DATA";
+  expect_refused(refusal("name.vtk", replaced(text, "POINT_DATA", twice)),
+                 "the array \"E\" of its CELL_DATA is given twice");
+  const std::string words =
+      "FIELD f 3\nNULL_ARRAY\ns 1 3 string\none%20text\n\nthree\nb 1 3 bit\n0 1 1\nPOINT_DATA";
+  EXPECT_EQ(refusal("words.vtk", replaced(text, "POINT_DATA", words)), "(accepted)");
+}
+
+// VTK keeps the lowest bits of numbers that their type does not hold.
+TEST_F(VtkReader, LegacyTextHasNumbersOfItsTypes) {
+  const auto with_data = [&](const std::string& type, const std::string& values) {
+    return refusal("data.vtk",
+                   replaced(kLegacyText, "POINT_DATA",
+                            "FIELD f 1\nE 1 3 " + type + "\n" + values + "\nPOINT_DATA"));
+  };
+  expect_refused(with_data("unsigned_char", "1 257 2"),
+                 "\"257\" in its array \"E\" is not a number from 0 to 255");
+  expect_refused(with_data("char", "1 -129 2"), "not a number from -128 to 127");
+  expect_refused(with_data("unsigned_short", "1 2 -1"), "not a number from 0 to 65535");
+  expect_refused(with_data("unsigned_int", "-1 2 1"), "not a number from 0 to 4294967295");
+  expect_refused(with_data("int", "1 2 3.5"), "\"3.5\" in its array \"E\"");
+  EXPECT_EQ(with_data("unsigned_char", "0 255 1"), "(accepted)");
+  EXPECT_EQ(with_data("double", "1e6 .5 -3"), "(accepted)");
+}
+
+// Texts and bits in binary files, behind which arrays are found that are given twice.
+TEST_F(VtkReader, LegacyBinaryTextsAndBitsAreFollowed) {
+  using namespace std::string_literals;
+  const std::string head =
+      "# vtk DataFile Version 3.0\ntitle\nBINARY\nDATASET UNSTRUCTURED_GRID\nPOINTS 4 float\n";
+  const std::string one = "\x3f\x80\0\0"s;
+  const std::string zero(4, '\0');
+  std::string mesh =
+      head + zero + zero + zero + one + zero + zero + zero + one + zero + zero + zero + one;
+  mesh += "\nCELLS 1 5\n"s + "\0\0\0\4\0\0\0\0\0\0\0\1\0\0\0\2\0\0\0\3"s;
+  mesh += "\nCELL_TYPES 1\n"s + "\0\0\0\x0a"s + "\nCELL_DATA 1\n";
+  const std::string number = " 1 1 float\n" + one + "\n";
+  const std::string bits = "b 1 1 bit\n\x80\n";
+  const std::string words = "s 1 1 string\n\xc3\nE \n"s;
+  EXPECT_EQ(refusal("good.vtk", mesh + "FIELD f 3\n" + bits + words + "E" + number), "(accepted)");
+  expect_refused(refusal("bits.vtk", mesh + "FIELD f 3\n" + bits + "E" + number + "E" + number),
+                 "\"E\" of its CELL_DATA is given twice");
+  expect_refused(refusal("words.vtk", mesh + "FIELD f 3\n" + words + "E" + number + "E" + number),
+                 "\"E\" of its CELL_DATA is given twice");
+}
+
 }  // namespace
 }  // namespace tetraction

@@ -13,6 +13,7 @@
 
 #include "core/quoting.h"
 #include "tetraction/core/error.h"
+#include "vtk_numbers.h"
 
 namespace tetraction {
 namespace {
@@ -26,19 +27,22 @@ std::string lower(std::string_view word) {
   return text;
 }
 
-// Bytes of a number of that type in binary. None for texts and bits, and for types that are not known.
-std::optional<std::int64_t> size_of(const std::string& type) {
-  static const std::map<std::string, std::int64_t> sizes{
-      {"char", 1},           {"signed_char", 1},  {"unsigned_char", 1}, {"short", 2},
-      {"unsigned_short", 2}, {"int", 4},          {"unsigned_int", 4},  {"long", 8},
-      {"unsigned_long", 8},  {"vtktypeint64", 8}, {"vtktypeuint64", 8}, {"float", 4},
-      {"double", 8},         {"vtkidtype", 4}};
-  const auto found = sizes.find(type);
-  if (found == sizes.end()) return std::nullopt;
-  return found->second;
+// A name in which VTK has written characters as %20.
+std::string decoded(const std::string& name) {
+  std::string text;
+  for (std::size_t i = 0; i < name.size(); ++i) {
+    unsigned value = 0;
+    const char* digits = name.data() + i + 1;
+    const bool is_code = name[i] == '%' && i + 2 < name.size() &&
+                         std::from_chars(digits, digits + 2, value, 16).ptr == digits + 2;
+    text += is_code ? static_cast<char>(value) : name[i];
+    if (is_code) i += 2;
+  }
+  return text;
 }
 
-// Goes through the sections as VTK's reader does. Its functions return false where it has to stop.
+// Goes through the sections as VTK's reader does. Its functions return false where it cannot go on. VTK
+// knows keywords and types by their first letters only; here they must be whole, or the file is refused.
 class LegacySections {
  public:
   LegacySections(const std::string& path, std::string_view body, bool version5)
@@ -47,16 +51,26 @@ class LegacySections {
   }
 
   void walk() {
-    while (section(word())) {
+    for (std::string keyword = word(); !keyword.empty(); keyword = word()) {
+      const std::size_t begin = at_;
+      // VTK says what it misses at the end of a file that is cut.
+      if (section(keyword) || at_ >= text_.size()) continue;
+      throw FileError(fmt::format(
+          "{}: the file cannot be read as a VTK unstructured grid: its section {} is not "
+          "known or not complete, {} bytes before the end of the file.",
+          path_, in_quotes(keyword), text_.size() - begin));
     }
   }
 
  private:
-  std::string word() {
+  std::string_view raw_word() {
     const std::size_t begin = std::min(text_.find_first_not_of(kSpace, at_), text_.size());
     at_ = std::min(text_.find_first_of(kSpace, begin), text_.size());
+    return text_.substr(begin, at_ - begin);
+  }
+  std::string word() {
     constexpr std::size_t kLongest = 256;
-    return lower(text_.substr(begin, std::min(at_ - begin, kLongest)));
+    return lower(raw_word().substr(0, kLongest));
   }
   // VTK does not tell large and small letters apart in keywords only.
   std::string name() {
@@ -76,26 +90,63 @@ class LegacySections {
     const auto left = static_cast<std::int64_t>(text_.size() - at_);
     if (factor > 0 && count > left / factor) return false;  // each value takes a byte at least
     count *= factor;
-    if (!binary_) {
-      for (std::int64_t i = 0; i < count && at_ < text_.size(); ++i) word();
-      return at_ < text_.size();
-    }
-    const auto size = size_of(type);
-    if (!size) return false;
+    if (type == "string" || type == "utf8_string") return skip_texts(count);
+    if (type == "bit") return binary_ ? skip_bytes((count + 7) / 8) : skip_words(count, {});
+    const auto number_type = legacy_number_type(type);
+    if (!number_type) return false;
+    return binary_ ? skip_bytes(count * number_type->bytes) : skip_words(count, number_type);
+  }
+  bool skip_bytes(std::int64_t bytes) {
     skip_line();
-    const std::int64_t bytes = count * *size;
     if (bytes >= static_cast<std::int64_t>(text_.size() - at_)) return false;
     at_ += 1 + static_cast<std::size_t>(bytes);
     return true;
   }
+  bool skip_words(std::int64_t count, const std::optional<VtkNumberType>& type) {
+    for (std::int64_t i = 0; i < count; ++i) {
+      const std::string_view number = raw_word();
+      if (number.empty()) return false;
+      if (!type || is_number(number, *type)) continue;
+      throw FileError(fmt::format("{}: {} in its {} is not {}.", path_, in_quotes(number),
+                                  values_of_, describe(*type)));
+    }
+    return true;
+  }
+  // A text is a line; in binary its length is in front of it, in 1, 2, 4 or 8 bytes.
+  bool skip_texts(std::int64_t count) {
+    skip_line();
+    for (std::int64_t i = 0; i < count; ++i) {
+      if (at_ >= text_.size()) return false;
+      ++at_;
+      if (!binary_) {
+        skip_line();
+        continue;
+      }
+      if (at_ >= text_.size()) return false;
+      const unsigned kind = static_cast<unsigned char>(text_[at_]) >> 6U;
+      const std::size_t bytes = std::size_t{1} << (3U - kind);
+      if (bytes > text_.size() - at_) return false;
+      std::size_t length = static_cast<unsigned char>(text_[at_]) & 63U;
+      for (std::size_t b = 1; b < bytes; ++b) {
+        length = length << 8U | static_cast<unsigned char>(text_[at_ + b]);
+      }
+      if (length >= text_.size() - at_ - bytes) return false;
+      at_ += bytes + length - 1;
+    }
+    if (binary_) ++at_;
+    return true;
+  }
 
   void once(const char* what) {
+    values_of_ = what;
     if (!sections_.insert(what).second) {
       throw FileError(
           fmt::format("{}: {} is given twice, and which of both holds is ambiguous.", path_, what));
     }
   }
-  void note(const std::string& array) {
+  void note(const std::string& name) {
+    const std::string array = decoded(name);
+    values_of_ = "array " + in_quotes(array);
     if (data_.empty() || arrays_.insert(data_ + " " + array).second) return;
     throw FileError(
         fmt::format("{}: the array {} of its {} is given twice, and which of both holds is "
@@ -171,6 +222,7 @@ class LegacySections {
         --a;
         continue;
       }
+      if (array == "NULL_ARRAY") continue;
       std::int64_t components = 0;
       std::int64_t tuples = 0;
       if (!number(components) || !number(tuples)) return false;
@@ -193,17 +245,19 @@ class LegacySections {
 
   bool attribute(const std::string& keyword) {
     static const std::map<std::string, std::int64_t> components{
-        {"vectors", 3},    {"normals", 3},      {"tensors", 9},   {"tensors6", 6},
-        {"global_ids", 1}, {"pedigree_ids", 1}, {"edge_flags", 1}};
+        {"vectors", 3},    {"normals", 3},          {"tensors", 9},
+        {"tensors6", 6},   {"global_ids", 1},       {"pedigree_ids", 1},
+        {"edge_flags", 1}, {"rational_weights", 1}, {"higher_order_degrees", 3}};
+    const std::string colour = binary_ ? "unsigned_char" : "float";  // from 0 to 1 in text
     const std::string array = name();
     if (keyword == "lookup_table") {
       std::int64_t colours = 0;
-      return number(colours) && skip(colours, 4, "unsigned_char");
+      return number(colours) && skip(colours, 4, colour);
     }
     if (keyword == "scalars") return note(array), scalars();
     std::int64_t count = 0;
     if (keyword == "color_scalars") {
-      return note(array), number(count) && skip(items_, count, "unsigned_char");
+      return note(array), number(count) && skip(items_, count, colour);
     }
     if (keyword == "texture_coordinates") {
       return note(array), number(count) && skip(items_, count, word());
@@ -232,7 +286,8 @@ class LegacySections {
   bool binary_ = false;
   std::size_t at_ = 0;
   std::int64_t items_ = 0;
-  std::string data_;  // CELL_DATA or POINT_DATA, which the arrays belong to
+  std::string data_;       // CELL_DATA or POINT_DATA, which the arrays belong to
+  std::string values_of_;  // what the numbers belong to, for messages
   std::set<std::string> sections_;
   std::set<std::string> arrays_;
 };
