@@ -376,6 +376,26 @@ class Kills(ResumeTest):
             self.assertGreaterEqual(made, 2)
             self.assertGreaterEqual(completed, 1)
 
+    def test_hard_links_keep_what_they_had(self):
+        scene = self.scene(steps=100)
+        out, copy = self.path("out"), self.path("copy")
+        self.run_program("run", scene, "--out", out, "--quiet")
+        shutil.copytree(out, copy, copy_function=os.link)
+
+        def contents(folder):
+            texts = []
+            for name in ("history.csv", "probes.csv"):
+                with open(os.path.join(folder, name)) as file:
+                    texts.append(file.read())
+            return texts
+
+        before = contents(copy)
+        self.run_program("run", scene, "--out", out, "--quiet", "--resume", "--force",
+                         "--set", "time.end=0.04")  # fmt: skip
+        self.assertEqual(contents(copy), before)
+        for old, longer in zip(before, contents(out)):
+            self.assertGreater(len(longer), len(old))
+
 
 if __name__ == "__main__":
     unittest.main(argv=[sys.argv[0], *sys.argv[3:]], verbosity=1)

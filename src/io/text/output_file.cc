@@ -7,6 +7,7 @@
 #include <sys/statvfs.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
@@ -33,14 +34,34 @@ int write_all(int descriptor, std::string_view& text) {
   return 0;
 }
 
-// Deletes a file or a link. What is not there is deleted already.
+// Deletes a file or a link. What is not there is deleted already, whatever a file system that cannot be
+// written says of it.
 void remove_entry(const std::string& path) {
   if (::unlink(path.c_str()) == 0 || errno == ENOENT || errno == ENOTDIR) return;
   const int reason = errno;
+  if (!is_entry(path)) return;
   throw OutputError(
       fmt::format("{}: cannot be deleted ({}). Delete it, or choose another directory (on the "
                   "command line: --out).",
                   path, std::strerror(reason)));
+}
+
+// Replaces a file that has other names by one of its own with the same first bytes, so that what has the
+// other names stays as it is.
+void separate_from_hard_links(const std::string& path, std::int64_t size) {
+  struct stat status {};
+  if (::lstat(path.c_str(), &status) != 0 || !S_ISREG(status.st_mode) || status.st_nlink < 2)
+    return;
+  std::ifstream source(path, std::ios::binary);
+  ReplacementFile copy(path);
+  std::string part(std::size_t{1} << 20U, '\0');
+  while (size > 0 && source.good()) {
+    source.read(part.data(), std::min<std::streamsize>(size, std::ssize(part)));
+    copy.write(std::string_view(part).substr(0, static_cast<std::size_t>(source.gcount())));
+    size -= source.gcount();
+  }
+  if (size > 0) fail_to_write(path, EINVAL);
+  copy.finish();
 }
 
 }  // namespace
@@ -154,10 +175,9 @@ RowFile::RowFile(std::string path, std::string_view begin) : path_(std::move(pat
 }
 
 RowFile::RowFile(std::string path, std::int64_t kept_size, std::uint32_t kept_sum)
-    : path_(std::move(path)),
-      descriptor_(::open(path_.c_str(), O_WRONLY | O_APPEND | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC)),
-      size_(kept_size),
-      sum_(kept_sum) {
+    : path_(std::move(path)), size_(kept_size), sum_(kept_sum) {
+  separate_from_hard_links(path_, kept_size);
+  descriptor_ = ::open(path_.c_str(), O_WRONLY | O_APPEND | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
   struct stat status {};
   if (descriptor_ < 0) fail_to_write(path_, errno);
   int reason = ::fstat(descriptor_, &status) != 0 ? errno : 0;

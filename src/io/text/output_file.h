@@ -67,6 +67,7 @@ class RowFile {
   RowFile(std::string path, std::string_view begin);
   /// Goes on with a file that is there, after its first `kept_size` bytes, which have this check sum.
   /// What follows them is cut off. The file must have that size or more, and must not be a link.
+  /// A hard link is replaced by a copy: what has its other names stays as it is.
   RowFile(std::string path, std::int64_t kept_size, std::uint32_t kept_sum);
   /// Writes the rows that were collected, if they can be written.
   ~RowFile();
