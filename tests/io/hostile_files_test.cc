@@ -603,5 +603,13 @@ TEST_F(HostileFiles, PathsStartAtTheScenesFolder) {
   EXPECT_EQ(read_scene_mesh(scene).point_arrays.at(kInitialVelocity).col(3), Vector3(1, 2, 3));
 }
 
+// A first line with a number in it is no header, so that no row is lost.
+TEST_F(HostileFiles, OnlyALineWithoutNumbersIsAHeader) {
+  expect_part(answer_of_table(file("a.csv", "O,5\n0.01,1\n1,1\n")),
+              ":1: \"O\" is not a finite number");
+  expect_part(answer_of_table(file("b.csv", "1e400,1\n0,3\n")), ":1: \"1e400\" is not a finite");
+  expect_part(answer_of_table(file("c.csv", "t,value\n0,3\n")), kAccepted);
+}
+
 }  // namespace
 }  // namespace tetraction

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <string_view>
@@ -42,6 +43,14 @@ bool parse(std::string_view text, double& value) {
   return error == std::errc() && end == text.data() + text.size();
 }
 
+// Also one that no double holds.
+bool looks_like_number(std::string_view text) {
+  double value = 0.0;
+  if (text.starts_with('+')) text.remove_prefix(1);
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  return error != std::errc::invalid_argument && end == text.data() + text.size();
+}
+
 }  // namespace
 
 CsvTable read_csv(const std::string& path) {
@@ -63,7 +72,8 @@ CsvTable read_csv(const std::string& path) {
     double value = 0.0;
     if (columns == 0) {
       columns = entries.size();
-      if (!parse(entries.front(), value)) {
+      // A line with a number in it is a line of numbers, of which one is wrong.
+      if (std::ranges::none_of(entries, looks_like_number)) {
         table.header.assign(entries.begin(), entries.end());
         continue;
       }

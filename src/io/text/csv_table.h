@@ -18,7 +18,7 @@ struct CsvTable {
 };
 
 /// Reads a file of numbers with decimal points, whatever the locale. Columns are separated by commas
-/// or semicolons, or else by spaces and tabs. The first line is a header if its first entry is not a
+/// or semicolons, or else by spaces and tabs. The first line is a header if none of its entries is a
 /// number. Empty lines and lines that begin with # are skipped. Throws FileError, which
 /// names file and line, for a file that cannot be read, that has no numbers, or in which an entry is
 /// not a finite number, a line of numbers has both semicolons and commas (decimal commas), or a line has
