@@ -625,5 +625,14 @@ TEST_F(VtkReader, LegacyBinaryTextsAndBitsAreFollowed) {
                  "\"E\" of its CELL_DATA is given twice");
 }
 
+TEST_F(VtkReader, RealNumbersOfElementsAreNoArray) {
+  VtuText vtu;
+  vtu.cell_data = array("Float64", "element_id", "7 8 9");
+  vtu.point_data = array("Float64", "vertex_id", "1 2 3 4 5");
+  const RawMesh mesh = read("real.vtu", vtu.text());
+  EXPECT_EQ(mesh.cell_arrays.count("element_id"), 0U);
+  EXPECT_EQ(mesh.point_arrays.count("vertex_id"), 0U);
+}
+
 }  // namespace
 }  // namespace tetraction

@@ -145,9 +145,9 @@ class ReadArrays {
     const bool readable = array != nullptr && !name.empty() &&
                           array->GetNumberOfTuples() == tuples_ &&
                           array->GetNumberOfComponents() <= 9;
-    const bool is_read = readable && (is_real(array) || (of_cells && !numbers_items));
+    const bool is_read = readable && !numbers_items && (is_real(array) || of_cells);
     if (is_read) arrays_.push_back(array);
-    if (!is_read || numbers_items) unused_.push_back(name);
+    if (!is_read) unused_.push_back(name);
   }
 
   vtkIdType tuples_;
