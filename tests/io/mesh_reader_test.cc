@@ -631,5 +631,40 @@ INSTANTIATE_TEST_SUITE_P(Formats, BrokenFiles,
                            return name;
                          });
 
+TEST(TetgenReader, NumbersAndFacesThatAreGivenTwiceAreRefused) {
+  const auto answer = [](const std::string& elements, const std::string& faces) {
+    const std::string node = written("twice.node", kNodes);
+    written("twice.ele", elements);
+    written("twice.face", faces);
+    try {
+      read_mesh(node);
+    } catch (const FileError& error) {
+      return std::string(error.what());
+    }
+    return std::string("accepted");
+  };
+  const std::string one = "1 4 0\n1 1 2 3 4\n";
+  EXPECT_EQ(answer(one, "2 1\n1 1 2 3 5 1 -1\n2 1 2 4 6\n"), "accepted");
+  EXPECT_NE(answer("2 4 1\n1 1 2 3 4 1\n1 1 2 3 4 2\n", "0 1\n").find("element 1 is defined twice"),
+            std::string::npos);
+  EXPECT_NE(answer(one, "2 1\n1 1 2 3 5\n1 1 2 4 6\n").find("face 1 is defined twice"),
+            std::string::npos);
+  EXPECT_NE(answer(one, "2 1\n1 1 2 3 5\n2 3 1 2 6\n").find("face 2 is there already with another"),
+            std::string::npos);
+  EXPECT_NE(answer(one, "1 1\n1 1 2 3 5 hello\n").find("\"hello\" after face 1 is not one of the"),
+            std::string::npos);
+}
+
+TEST(VegaReader, ASetMayNotHideAllElements) {
+  const std::string regions = "*SET b\n2\n*REGION\nallElements, m\n*REGION\nb, m\n";
+  EXPECT_NE(refusal(written("all.veg", std::string(kVega) + "*SET allElements\n1\n" + regions))
+                .find("there is a set of that name with other elements"),
+            std::string::npos);
+  EXPECT_EQ(
+      read_mesh(written("same.veg", std::string(kVega) + "*SET allElements\n1, 2\n" + regions))
+          .regions,
+      (std::vector<int>{1, 2}));
+}
+
 }  // namespace
 }  // namespace tetraction

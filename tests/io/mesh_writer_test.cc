@@ -468,5 +468,27 @@ TEST_F(MeshWriterDetails, AFailedWriteLeavesTheOldFile) {
   }
 }
 
+// The faces of another mesh would become groups of this one, and a pair of two meshes is none.
+TEST(TetgenWriter, TetgenPairsAreWrittenTogetherAndBesideNoFaces) {
+  const testing_support::TemporaryFolder folder;
+  const auto path = [&](const char* name) { return (folder.path() / name).string(); };
+  const auto contents = [&](const char* name) {
+    std::stringstream text;
+    text << std::ifstream(path(name)).rdbuf();
+    return text.str();
+  };
+  const TetMesh mesh = generate_box({1, 1, 1}, {1, 1, 1});
+  std::ofstream(path("b.face")) << "0 1\n";
+  EXPECT_THROW(write_mesh(mesh, path("b.node")), OutputError);
+  EXPECT_FALSE(std::filesystem::exists(path("b.node")));
+  std::ofstream(path("c.node")) << "old";
+  std::filesystem::create_directory(path("c.ele.part"));  // nothing can be written there
+  EXPECT_THROW(write_mesh(mesh, path("c.node")), OutputError);
+  EXPECT_EQ(contents("c.node"), "old");
+  std::filesystem::remove(path("c.ele.part"));
+  write_mesh(mesh, path("c.node"));
+  EXPECT_EQ(read_mesh(path("c.node")).tetrahedron_count(), mesh.tetrahedron_count());
+}
+
 }  // namespace
 }  // namespace tetraction

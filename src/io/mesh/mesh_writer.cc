@@ -14,6 +14,7 @@
 #include <set>
 
 #include "io/gmsh/gmsh_writer.h"
+#include "io/text/output_file.h"
 #include "io/vtk/quiet_vtk.h"
 #include "io/vtk/vtk_grid.h"
 #include "io/vtk/vtk_header.h"
@@ -74,6 +75,13 @@ std::map<int, std::vector<Index>> tetrahedra_by_region(const TetMesh& mesh) {
 // TetGen needs consecutive numbers: from 0 if the file's are so, otherwise from 1.
 void write_tetgen(const TetMesh& mesh, const std::string& path) {
   const std::filesystem::path base(path);
+  const std::string faces = std::filesystem::path(base).replace_extension(".face").string();
+  if (is_entry(faces)) {
+    throw OutputError(
+        fmt::format("{}: this file is there, and its faces would become groups of the mesh that is "
+                    "written beside it. Delete it, or choose another name for the mesh.",
+                    faces));
+  }
   Index first = 0;
   for (Index v = 0; v < mesh.vertex_count(); ++v) {
     if (mesh.vertex_id(v) != v) first = 1;
@@ -93,8 +101,13 @@ void write_tetgen(const TetMesh& mesh, const std::string& path) {
     if (regions) append(elements, " {}", mesh.region(e));
     elements += '\n';
   }
-  write_text_file(std::filesystem::path(base).replace_extension(".node").string(), nodes);
-  write_text_file(std::filesystem::path(base).replace_extension(".ele").string(), elements);
+  // Neither gets its name before both are complete.
+  ReplacementFile node_file(std::filesystem::path(base).replace_extension(".node").string());
+  ReplacementFile element_file(std::filesystem::path(base).replace_extension(".ele").string());
+  node_file.write(nodes);
+  element_file.write(elements);
+  node_file.finish();
+  element_file.finish();
 }
 
 // Elements as a comma-separated set, in the form that Vega writes.

@@ -1,11 +1,16 @@
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
+#include <charconv>
 #include <cmath>
 #include <filesystem>
 #include <limits>
+#include <map>
 #include <unordered_set>
 #include <utility>
 
+#include "core/quoting.h"
 #include "groups_by_number.h"
 #include "io/text/file_kind.h"
 #include "io/text/text_scanner.h"
@@ -59,11 +64,14 @@ void read_elements(TextScanner& in, RawMesh& mesh, std::vector<std::string>& unu
   const std::int64_t attributes = in.count("the number of attributes", 2);
   if (attributes > 1) unused.emplace_back("all attributes of the tetrahedra but the first");
   mesh.cells.reserve(static_cast<std::size_t>(elements));
+  std::unordered_set<std::int64_t> ids;
+  ids.reserve(static_cast<std::size_t>(elements));
   for (std::int64_t e = 0; e < elements; ++e) {
     RawCell cell;
     cell.vertices.reserve(static_cast<std::size_t>(nodes));
     cell.type = nodes == 4 ? CellType::kTetrahedron : CellType::kQuadraticTetrahedron;
     cell.id = in.integer("a tetrahedron number");
+    if (!ids.insert(cell.id).second) in.fail(fmt::format("element {} is defined twice.", cell.id));
     for (std::int64_t n = 0; n < nodes; ++n) cell.vertices.push_back(in.integer("a node"));
     for (std::int64_t a = 0; a < attributes; ++a) {
       const double value = in.real("an attribute");
@@ -117,10 +125,13 @@ void read_faces(TextScanner& in, RawMesh& mesh) {
   const bool quadratic =
       !mesh.cells.empty() && mesh.cells.front().type == CellType::kQuadraticTetrahedron;
   GroupsByNumber groups(mesh, 2);
+  std::unordered_set<std::int64_t> ids;
+  std::map<std::array<std::int64_t, 3>, std::int64_t> marker_of;
   for (std::int64_t f = 0; f < faces; ++f) {
     RawCell cell;
     cell.type = CellType::kTriangle;
     cell.id = in.integer("a face number");
+    if (!ids.insert(cell.id).second) in.fail(fmt::format("face {} is defined twice.", cell.id));
     for (int n = 0; n < 3; ++n) {
       cell.vertices.push_back(in.integer("a node"));
       if (!known.contains(cell.vertices.back())) {
@@ -138,9 +149,24 @@ void read_faces(TextScanner& in, RawMesh& mesh) {
       if (marker != static_cast<std::int32_t>(marker)) {
         in.fail(fmt::format("{} is not a boundary marker (an integer of 32 bits).", marker));
       }
+      std::array<std::int64_t, 3> corners{v[0], v[1], v[2]};
+      std::sort(corners.begin(), corners.end());
+      if (marker_of.emplace(corners, marker).first->second != marker) {
+        in.fail(fmt::format("face {} is there already with another marker.", cell.id));
+      }
       groups.add(cell, marker);
     }
-    in.skip_line();  // the tetrahedra on both sides, which TetGen may write here
+    // TetGen may write the tetrahedra on both sides here.
+    TextScanner rest(in.path(), in.line());
+    for (int side = 0; !rest.at_end(); ++side) {
+      std::int64_t number = 0;
+      const std::string_view word = rest.token("a tetrahedron");
+      const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), number);
+      if (side == 2 || error != std::errc() || end != word.data() + word.size()) {
+        in.fail(fmt::format("{} after face {} is not one of the tetrahedra on its two sides.",
+                            in_quotes(word), cell.id));
+      }
+    }
     mesh.cells.push_back(std::move(cell));
   }
 }

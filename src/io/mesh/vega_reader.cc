@@ -214,6 +214,12 @@ class VegaReader {
       if (last[regions_[r]] != r) continue;
       const int region = static_cast<int>(r) + 1;
       if (regions_[r] == "allElements") {
+        const auto named = sets_.find("allElements");
+        if (named != sets_.end() && named->second.size() != mesh_.cells.size()) {
+          in_.fail(
+              "*REGION names allElements, and there is a set of that name with other elements, "
+              "which is ambiguous: give the set another name.");
+        }
         for (RawCell& cell : mesh_.cells) cell.region = region;
         continue;
       }
