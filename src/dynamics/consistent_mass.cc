@@ -1,6 +1,6 @@
 #include "tetraction/dynamics/consistent_mass.h"
 
-#include "fem/quadratic_rules.h"
+#include "mesh/quadratic_rules.h"
 
 namespace tetraction {
 

@@ -299,11 +299,13 @@ class EnergyMomentumStepper : public ImplicitStepper {
     work_ = first - from.momentum;
     add_reaction(from.position, h, work_, outcome);
 
+    // At vertices without constraints the difference below is zero without round-off.
+    const Vector unconstrained = to.momentum;
     to.momentum += 2.0 * (start - from.momentum);
     free.project_momentum(mass, to.momentum);
     const Vector moving = to.momentum;
     to.momentum += eliminated;
-    work_ = to.momentum - first - h * force_;
+    work_ = to.momentum - first - (unconstrained - from.momentum);
     add_reaction(x_, 0.5 * h, work_, outcome);
     if (constraints.has_equations()) reactions_.configuration_force = constraint_force_;
 

@@ -3,7 +3,7 @@
 
 #include <array>
 
-#include "fem/quadratic_rules.h"
+#include "mesh/quadratic_rules.h"
 #include "tetraction/dynamics/mechanical_system.h"
 
 namespace tetraction {

@@ -28,7 +28,7 @@
 
 #include "kernels/edge_kernels.h"
 #include "kernels/element_kernels.h"
-#include "quadratic_points.h"
+#include "mesh/quadratic_points.h"
 #include "tetraction/fem/elastic_potential.h"
 #include "tetraction/fem/rest_state.h"
 #include "tetraction/fem/sparsity_pattern.h"

@@ -1,7 +1,7 @@
 // Energy, gradient and Hessian of an element as sums over its quadrature points.
 #pragma once
 
-#include "quadratic_points.h"
+#include "mesh/quadratic_points.h"
 #include "tetraction/fem/elastic_potential.h"
 
 namespace tetraction {

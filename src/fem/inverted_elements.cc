@@ -10,7 +10,7 @@
 
 #include "element_blocks.h"
 #include "kernels/jacobian_kernels.h"
-#include "quadratic_shapes.h"
+#include "mesh/quadratic_shapes.h"
 #include "tetraction/core/parallel.h"
 #include "tetraction/fem/elastic_potential.h"
 

@@ -1,6 +1,6 @@
 #include "material_at.h"
 
-#include "quadratic_points.h"
+#include "mesh/quadratic_points.h"
 
 namespace tetraction {
 

@@ -2,40 +2,32 @@
 
 #include <Eigen/LU>
 
-#include "quadratic_rules.h"
+#include "mesh/quadratic_rules.h"
 
 namespace tetraction {
 namespace {
 
 using Shape = RestState::Shape;
 
-// The nodes of the point of a quadratic element: zero and the three edges. node(v) is the value at a
-// vertex. Values are taken relative to the first corner, which keeps their digits.
+// The edges at a point of a quadratic element. node(v) is the value at a vertex.
 template <class Node>
-Shape::NodeMatrix quadratic_point(const ElementNodes& nodes, int point, const Node& node) {
-  std::array<Vector3, QuadraticPoints::kNodes> values;
-  const Vector3 origin = node(nodes[0]);
-  for (std::size_t a = 0; a < values.size(); ++a) values[a] = node(nodes[a]) - origin;
-  std::array<Vector3, QuadraticPoints::kEdges> edges;
-  QuadraticPoints::edges_of(values, edges);
-  Shape::NodeMatrix local = Shape::NodeMatrix::Zero();
-  const auto first = 3 * static_cast<std::size_t>(point);
-  for (std::size_t k = 0; k < 3; ++k) local.col(static_cast<Index>(k + 1)) = edges[first + k];
-  return local;
+Matrix3 edges_at(const ElementNodes& nodes, Index point, const Node& node) {
+  return edges_at_points([&](int a) -> Vector3 { return node(nodes[static_cast<std::size_t>(a)]); })
+      [static_cast<std::size_t>(point)];
 }
 
 }  // namespace
 
 Shape::NodeMatrix RestState::gather_quadratic(const Vector& field, Index i) const {
-  return quadratic_point(nodes(element_of(i)), static_cast<int>(i % 4),
-                         [&](Index v) -> Vector3 { return field.segment<3>(3 * v); });
+  Shape::NodeMatrix local = Shape::NodeMatrix::Zero();
+  local.rightCols<3>() = edges_at(nodes(element_of(i)), i % 4,
+                                  [&](Index v) -> Vector3 { return field.segment<3>(3 * v); });
+  return local;
 }
 
 Matrix3 RestState::point_edges(Index i) const {
   if (is_quadratic()) {
-    return quadratic_point(nodes(element_of(i)), static_cast<int>(i % 4),
-                           [&](Index v) { return position(v); })
-        .rightCols<3>();
+    return edges_at(nodes(element_of(i)), i % 4, [&](Index v) { return position(v); });
   }
   const auto n = tetrahedra_[static_cast<std::size_t>(i)];
   Matrix3 edges;
@@ -63,11 +55,9 @@ double RestState::point_volume(Index i) const {
 
 double RestState::volume(Index e) const {
   if (!is_quadratic()) return point_volume(e);
-  PointEdges edges;
-  for (std::size_t p = 0; p < edges.size(); ++p) {
-    edges[p] = point_edges(4 * e + static_cast<Index>(p));
-  }
-  return curved_volume(edges);
+  const ElementNodes n = nodes(e);
+  return curved_volume(
+      edges_at_points([&](int a) { return position(n[static_cast<std::size_t>(a)]); }));
 }
 
 Vector3 RestState::center(Index e) const {

@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "group_middles.h"
+#include "quadratic_rules.h"
 #include "tetraction/core/error.h"
-#include "tetraction/fem/rest_state.h"
 #include "tetraction/mesh/edge_vertices.h"
 #include "tetraction/mesh/tet_mesh.h"
 
@@ -339,8 +339,10 @@ class Builder {
   }
 
   void check_edges() const {
-    const RestState rest(mesh_);
     EdgeVertices edges;
+    const auto position = [&](Index v) -> Vector3 {
+      return mesh_.vertices[static_cast<std::size_t>(v)];
+    };
     const auto id = [&](Index v) { return mesh_.vertex_ids[static_cast<std::size_t>(v)]; };
     std::vector<bool> is_corner(mesh_.vertices.size(), false);
     for (const auto t : mesh_.tetrahedra) {
@@ -365,8 +367,8 @@ class Builder {
                           "element {}, but another one in another element.",
                           id(a), id(b), id(middle), element));
         }
-        const Vector3 chord = rest.position(b) - rest.position(a);
-        const Vector3 off = rest.position(middle) - 0.5 * (rest.position(a) + rest.position(b));
+        const Vector3 chord = position(b) - position(a);
+        const Vector3 off = position(middle) - 0.5 * (position(a) + position(b));
         if (!(off.norm() < 0.5 * chord.norm())) {
           refuse(
               fmt::format("vertex {} of element {} should be near the middle of the edge between "
@@ -375,14 +377,14 @@ class Builder {
                           id(middle), element, id(a), id(b), off.norm()));
         }
       }
-      for (int p = 0; p < rest.points_per_element(); ++p) {
-        const Index point = rest.points_per_element() * static_cast<Index>(e) + p;
-        if (!(rest.point_volume(point) > 0.0)) {
+      for (const Matrix3& at_point : rest_edges_at_points(mesh_, static_cast<Index>(e))) {
+        const double volume = at_point.determinant() / 6.0;
+        if (!(volume > 0.0)) {
           refuse(fmt::format(
               "element {} is turned inside out by its curved edges: at one of its "
               "quadrature points det(∂X/∂ξ) is {:.3g} m³. Repair the mesh, or straighten "
               "its edges.",
-              element, 24.0 * rest.point_volume(point)));
+              element, 24.0 * volume));
         }
       }
     }

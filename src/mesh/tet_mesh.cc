@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <map>
 
-#include "tetraction/fem/rest_state.h"
+#include "quadratic_rules.h"
 
 namespace tetraction {
 
@@ -43,7 +43,7 @@ Vector TetMesh::rest_positions() const {
 }
 
 double TetMesh::volume(Index e) const {
-  if (is_quadratic()) return RestState(*this).volume(e);
+  if (is_quadratic()) return curved_volume(rest_edges_at_points(*this, e));
   const auto t = tetrahedra[static_cast<std::size_t>(e)];
   const auto vertex = [this](Index v) { return vertices[static_cast<std::size_t>(v)]; };
   const Vector3 a = vertex(t[1]) - vertex(t[0]);

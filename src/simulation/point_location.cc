@@ -8,7 +8,7 @@
 #include <limits>
 #include <optional>
 
-#include "fem/quadratic_shapes.h"
+#include "mesh/quadratic_shapes.h"
 #include "tetraction/core/error.h"
 
 namespace tetraction {

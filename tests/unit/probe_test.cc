@@ -5,7 +5,7 @@
 #include <numbers>
 #include <random>
 
-#include "fem/quadratic_shapes.h"
+#include "mesh/quadratic_shapes.h"
 #include "support/allocations.h"
 #include "support/bodies.h"
 #include "tetraction/core/error.h"

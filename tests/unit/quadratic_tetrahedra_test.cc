@@ -1,4 +1,4 @@
-// Quadratic tetrahedra: the points of an element (fem/quadratic_points.h), and everything that is
+// Quadratic tetrahedra: the points of an element (mesh/quadratic_points.h), and everything that is
 // computed with them.
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
@@ -6,7 +6,7 @@
 #include <functional>
 
 #include "fem/discrete_gradient.h"
-#include "fem/quadratic_points.h"
+#include "mesh/quadratic_points.h"
 #include "fem/tangent_operator.h"
 #include "support/bodies.h"
 #include "tetraction/core/error.h"

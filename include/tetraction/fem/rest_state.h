@@ -40,7 +40,7 @@ class ElementNodes {
 /// An element has one quadrature point if it is linear, and four if it is quadratic; the points of
 /// element e are those from e × points_per_element() on. Every point is presented as a linear
 /// tetrahedron with the volume that the point stands for, whose nodes follow linearly from those of
-/// the element (src/fem/quadratic_points.h). For a linear mesh point e is element e itself.
+/// the element (src/mesh/quadratic_points.h). For a linear mesh point e is element e itself.
 class RestState {
  public:
   using Shape = LinearTetrahedron;

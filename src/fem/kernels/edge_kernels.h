@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <span>
 
-#include "fem/quadratic_points.h"
+#include "mesh/quadratic_points.h"
 
 namespace tetraction {
 

@@ -8,15 +8,16 @@
 #include <cstdint>
 #include <map>
 #include <nlohmann/json.hpp>
-#include <type_traits>
 #include <utility>
 #include <vector>
 
+#include "core/fingerprint.h"
 #include "io/text/foreign_json.h"
 #include "io/text/output_file.h"
 #include "study_row_json.h"
 #include "tetraction/core/version.h"
 #include "tetraction/io/text_file.h"
+#include "tetraction/mesh/mesh_fingerprints.h"
 
 namespace tetraction {
 namespace {
@@ -27,67 +28,24 @@ constexpr std::array<std::pair<const char*, double ReferenceDifference::*>, 3> k
      {"reference_position_difference_rms", &ReferenceDifference::position_rms},
      {"reference_probe_difference", &ReferenceDifference::probe}}};
 
-// FNV-1a over the bytes of numbers: it finds changes, not forgeries.
-class Digest {
- public:
-  void add(const void* data, std::size_t size) {
-    const auto* bytes = static_cast<const unsigned char*>(data);
-    for (std::size_t i = 0; i < size; ++i) value_ = (value_ ^ bytes[i]) * 1099511628211U;
-  }
-  void add(const std::string& text) {
-    add(text.data(), text.size());
-    add(std::uint64_t{text.size()});
-  }
-  template <class Number>
-  requires std::is_arithmetic_v<Number>
-  void add(Number number) { add(&number, sizeof(number)); }
-  void add(const Matrix& matrix) {
-    add(matrix.rows());
-    add(matrix.data(), static_cast<std::size_t>(matrix.size()) * sizeof(double));
-  }
-  std::string text() const { return fmt::format("{:016x}", value_); }
-
- private:
-  std::uint64_t value_ = 14695981039346656037U;
-};
+std::string text_of(const Fingerprint& number) {
+  return fmt::format("{:016x}", number.value());
+}
 
 std::string digest_of(const TetMesh& mesh) {
-  Digest digest;
-  for (const auto vertex : mesh.vertices) {
-    for (int d = 0; d < 3; ++d) digest.add(vertex[d]);
-  }
-  for (const auto tetrahedron : mesh.tetrahedra) {
-    for (std::size_t i = 0; i < 4; ++i) digest.add(static_cast<std::int64_t>(tetrahedron[i]));
-  }
-  for (const auto& middles : mesh.edge_vertices) {
-    for (const Index v : middles) digest.add(v);
-  }
-  for (Index v = 0; v < mesh.vertex_count(); ++v) digest.add(mesh.vertex_id(v));
+  Fingerprint number;
+  const MeshFingerprints parts = fingerprints_of(mesh);
+  for (const std::uint64_t part : {parts.body, parts.numbers, parts.fields}) number.add(part);
   for (Index e = 0; e < mesh.tetrahedron_count(); ++e) {
-    digest.add(mesh.tetrahedron_id(e));
-    digest.add(mesh.region(e));
+    number.add(static_cast<std::uint64_t>(mesh.region(e)));
   }
-  for (const auto* arrays : {&mesh.point_arrays, &mesh.cell_arrays}) {
-    for (const auto& [name, values] : *arrays) {
-      digest.add(name);
-      digest.add(values);
-    }
-  }
-  for (const Group& group : mesh.groups) {
-    digest.add(group.name);
-    for (const Index v : group.vertices) digest.add(v);
-    for (const Index e : group.tetrahedra) digest.add(e);
-    for (const auto& triangle : group.triangles) {
-      for (const Index v : triangle) digest.add(v);
-    }
-  }
-  return digest.text();
+  return text_of(number);
 }
 
 std::string digest_of(const std::vector<double>& numbers) {
-  Digest digest;
-  for (const double number : numbers) digest.add(number);
-  return fmt::format("{} of the digest {}", numbers.size(), digest.text());
+  Fingerprint number;
+  for (const double each : numbers) number.add(each);
+  return fmt::format("{} of the digest {}", numbers.size(), text_of(number));
 }
 
 nlohmann::json scene_json(const StudyVariant& variant) {
@@ -97,14 +55,14 @@ nlohmann::json scene_json(const StudyVariant& variant) {
   } else {
     scene = nullptr;  // that of a program
   }
-  Digest files;
+  Fingerprint files;
   for (const AmplitudeSettings& amplitude : variant.scene.amplitude) {
     for (const auto& [time, value] : amplitude.points) {
       files.add(time);
       files.add(value);
     }
   }
-  return {{"name", variant.name}, {"scene", scene}, {"amplitudes", files.text()}};
+  return {{"name", variant.name}, {"scene", scene}, {"amplitudes", text_of(files)}};
 }
 
 }  // namespace

@@ -11,7 +11,8 @@
 #include <array>
 #include <cmath>
 
-#include "fem/quadratic_shapes.h"
+#include "mesh/quadratic_shapes.h"
+#include "tetraction/mesh/tet_mesh.h"
 
 namespace tetraction {
 
@@ -72,8 +73,34 @@ constexpr std::array<VolumePoint, 35> rule_of_degree_seven() {
   return points;
 }
 
-/// The edges s ∂x/∂ξ at the four points of an element (quadratic_points.h).
+/// The edges s ∂x/∂ξ at the four points of an element (mesh/quadratic_points.h).
 using PointEdges = std::array<Matrix3, QuadraticPoints::kPoints>;
+
+/// Those of the element with the nodes node(a), a = 0 … 9. They are formed relative to the first corner, which keeps
+/// their digits.
+template <class Node>
+PointEdges edges_at_points(const Node& node) {
+  std::array<Vector3, QuadraticPoints::kNodes> values;
+  const Vector3 origin = node(0);
+  for (std::size_t a = 0; a < values.size(); ++a) values[a] = node(static_cast<int>(a)) - origin;
+  std::array<Vector3, QuadraticPoints::kEdges> edges;
+  QuadraticPoints::edges_of(values, edges);
+  PointEdges at_points;
+  for (std::size_t p = 0; p < at_points.size(); ++p) {
+    at_points[p] << edges[3 * p], edges[3 * p + 1], edges[3 * p + 2];
+  }
+  return at_points;
+}
+
+/// Those of element e of a quadratic mesh at rest.
+inline PointEdges rest_edges_at_points(const TetMesh& mesh, Index e) {
+  const auto i = static_cast<std::size_t>(e);
+  return edges_at_points([&](int a) -> Vector3 {
+    const auto node = static_cast<std::size_t>(a);
+    const Index v = a < 4 ? mesh.tetrahedra[i][node] : mesh.edge_vertices[i][node - 4];
+    return mesh.vertices[static_cast<std::size_t>(v)];
+  });
+}
 
 /// ∫ det(∂x/∂ξ) over the element: the exact volume with curved edges, m³.
 ///

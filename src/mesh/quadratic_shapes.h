@@ -4,7 +4,7 @@
 
 #include <array>
 
-#include "fem/quadratic_points.h"
+#include "mesh/quadratic_points.h"
 #include "tetraction/core/types.h"
 
 namespace tetraction {
