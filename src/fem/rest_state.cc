@@ -12,8 +12,9 @@ using Shape = RestState::Shape;
 // The edges at a point of a quadratic element. node(v) is the value at a vertex.
 template <class Node>
 Matrix3 edges_at(const ElementNodes& nodes, Index point, const Node& node) {
-  return edges_at_points([&](int a) -> Vector3 { return node(nodes[static_cast<std::size_t>(a)]); })
-      [static_cast<std::size_t>(point)];
+  return edges_at_points([&](int a) -> Vector3 {
+    return node(nodes[static_cast<std::size_t>(a)]);
+  })[static_cast<std::size_t>(point)];
 }
 
 }  // namespace

@@ -6,8 +6,8 @@
 #include <functional>
 
 #include "fem/discrete_gradient.h"
-#include "mesh/quadratic_points.h"
 #include "fem/tangent_operator.h"
+#include "mesh/quadratic_points.h"
 #include "support/bodies.h"
 #include "tetraction/core/error.h"
 #include "tetraction/core/parallel.h"

@@ -133,6 +133,19 @@ void GmshBuilder::place_point_arrays(std::vector<std::string>& unused) {
   }
 }
 
+std::optional<std::int64_t> GmshBuilder::repeated_tetrahedron() const {
+  std::vector<std::int64_t> tags;
+  for (const RawCell& cell : mesh_.cells) {
+    if (cell.type == CellType::kTetrahedron || cell.type == CellType::kQuadraticTetrahedron) {
+      tags.push_back(cell.id);
+    }
+  }
+  std::sort(tags.begin(), tags.end());
+  const auto found = std::adjacent_find(tags.begin(), tags.end());
+  if (found == tags.end()) return {};
+  return *found;
+}
+
 RawMesh GmshBuilder::take(std::vector<std::string>& unused) {
   name_groups();
   if (std::string names = unused_names(); !names.empty()) unused.push_back(std::move(names));

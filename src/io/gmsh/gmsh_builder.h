@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <set>
 #include <string>
 #include <utility>
@@ -53,6 +54,8 @@ class GmshBuilder {
 
   std::size_t vertex_count() const { return mesh_.vertices.size(); }
   std::size_t cell_count() const { return mesh_.cells.size(); }
+  /// A number that several tetrahedra have.
+  std::optional<std::int64_t> repeated_tetrahedron() const;
   /// The mesh. Appends what of the file is not used to `unused`. Throws FileError if an array has a value
   /// of an element whose number several elements have.
   RawMesh take(std::vector<std::string>& unused);

@@ -87,6 +87,10 @@ void GmshEntities::read_entity(int dimension, bool partitioned) {
   for (std::int64_t b = 0; b < bounding; ++b) numbers_.int32("a bounding entity");
 }
 
+bool GmshEntities::lacks(std::int64_t dimension, std::int64_t tag) const {
+  return !physicals_.empty() && !physicals_.contains({dimension, tag});
+}
+
 const std::vector<std::int64_t>& GmshEntities::physicals_of(std::int64_t dimension,
                                                             std::int64_t tag) const {
   static const std::vector<std::int64_t> kNone;

@@ -21,6 +21,8 @@ class GmshEntities {
   /// Reads the body of $PartitionedEntities. Throws FileError, also if there are ghost elements.
   void read_partitioned();
 
+  /// Whether the file lists entities but not this one.
+  bool lacks(std::int64_t dimension, std::int64_t tag) const;
   /// The tags of the groups of an entity; none if it is not known.
   const std::vector<std::int64_t>& physicals_of(std::int64_t dimension, std::int64_t tag) const;
 

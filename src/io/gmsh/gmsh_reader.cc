@@ -334,6 +334,18 @@ class GmshReader {
       const std::int64_t entity = int32("an entity tag");
       const GmshType& type = element_type(int32("an element type"));
       const std::int64_t in_block = count("the number of elements of a block", 4);
+      if (dimension != type.dimension) {
+        in_.fail(fmt::format(
+            "elements of dimension {} stand under an entity of dimension {}, whose groups they "
+            "cannot have.",
+            type.dimension, dimension));
+      }
+      if (entities_.lacks(dimension, entity)) {
+        in_.fail(fmt::format(
+            "entity {} of dimension {} has elements and is not among the entities of the file, so "
+            "that their groups are not known.",
+            entity, dimension));
+      }
       const std::vector<std::int64_t>& physicals = entities_.physicals_of(dimension, entity);
       for (std::int64_t e = 0; e < in_block; ++e) {
         const std::int64_t tag = size("an element tag");
@@ -343,6 +355,11 @@ class GmshReader {
     if (static_cast<std::int64_t>(mesh_.cell_count()) != elements) {
       in_.fail(fmt::format("$Elements announces {} elements and holds {}.", elements,
                            mesh_.cell_count()));
+    }
+    // Version 4 gives an element once, whatever its groups.
+    if (const auto tag = mesh_.repeated_tetrahedron()) {
+      in_.fail(fmt::format(
+          "tetrahedron {} is given twice, and which of them is meant is ambiguous.", *tag));
     }
   }
 
