@@ -30,18 +30,22 @@ inline std::vector<ImplicitWay> all_implicit_ways() {
     const char* name;
   };
   std::vector<ImplicitWay> ways;
-  for (const Integrator rule : {Integrator::kMidpoint, Integrator::kBackwardEuler}) {
+  for (const Integrator rule :
+       {Integrator::kMidpoint, Integrator::kBackwardEuler, Integrator::kEnergyMomentum}) {
+    std::string prefix = to_string(rule);
+    std::replace(prefix.begin(), prefix.end(), '-', '_');
     for (const Solver& solver : {Solver{"ceres", LinearSolver::kAuto, "ceres"},
                                  {"newton", LinearSolver::kAuto, "auto"},
                                  {"newton", LinearSolver::kMatrixFree, "matrix_free"},
                                  {"newton", LinearSolver::kCg, "cg"},
                                  {"newton", LinearSolver::kFactor, "factor"}}) {
+      // Its equations are not those of a minimum.
+      if (rule == Integrator::kEnergyMomentum && std::string(solver.kind) == "ceres") continue;
       ImplicitWay& way = ways.emplace_back();
       way.integrator = rule;
       way.solver.kind = solver.kind;
       way.solver.linear = solver.linear;
-      way.name = rule == Integrator::kMidpoint ? "midpoint_" : "backward_euler_";
-      way.name += solver.name;
+      way.name = prefix + "_" + solver.name;
     }
   }
   return ways;

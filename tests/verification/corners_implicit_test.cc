@@ -28,7 +28,7 @@ class RestCorner : public ImplicitCorner {};
 std::vector<ImplicitWay> ways_to_rest() {
   std::vector<ImplicitWay> ways = all_implicit_ways();
   std::erase_if(ways,
-                [](const ImplicitWay& way) { return way.integrator == Integrator::kMidpoint; });
+                [](const ImplicitWay& way) { return way.integrator != Integrator::kBackwardEuler; });
   return ways;
 }
 

@@ -67,6 +67,10 @@ TEST_P(ForceTerms, ABodyBouncesOnAFloorAndTheBalanceCloses) {
   const double coarse = error(4e-4, &held);
   const double fine = error(1e-4, nullptr);
   EXPECT_GT(held, 0.1);
+  if (GetParam().integrator == Integrator::kEnergyMomentum) {
+    EXPECT_LT(std::max(coarse, fine), 1e-10);
+    return;
+  }
   EXPECT_LT(fine, has_second_order() ? 2e-3 : 0.2);
   EXPECT_LT(fine, coarse / (has_second_order() ? 8.0 : 1.8));
 }
@@ -132,6 +136,10 @@ TEST_P(ForceTerms, APotentialThatDependsOnTimePutsEnergyIn) {
   };
   const double coarse = run(2e-3);
   const double fine = run(1e-3);
+  if (GetParam().integrator == Integrator::kEnergyMomentum) {
+    EXPECT_LT(std::max(coarse, fine), 1e-10);
+    return;
+  }
   EXPECT_LT(fine, has_second_order() ? 1e-4 : 2e-2);
   EXPECT_LT(fine, 0.6 * coarse);
 }
