@@ -221,16 +221,17 @@ PrescribedVertices make_held(const FixSettings& fix, const TetMesh& mesh, const 
   return held;
 }
 
+bool keeps_place(const FixSettings& before, const FixSettings& after) {
+  return before.select == after.select && before.components == after.components &&
+         before.target == after.target && before.offset == after.offset &&
+         before.targets == after.targets && before.amplitude == after.amplitude;
+}
+
 PrescribedVertices changed_held(const PrescribedVertices& held, const FixSettings& before,
                                 const FixSettings& after, const TetMesh& mesh, const Vector& q,
                                 double time, const std::vector<AmplitudeSettings>& amplitudes) {
   PrescribedVertices next = make_held(after, mesh, q, time, amplitudes);
-  if (before.select != after.select || before.components != after.components ||
-      before.target != after.target || before.offset != after.offset ||
-      before.targets != after.targets || before.amplitude != after.amplitude ||
-      held.vertices.empty()) {
-    return next;
-  }
+  if (!keeps_place(before, after) || held.vertices.empty()) return next;
   next.vertices = held.vertices;  // without those that were released since
   next.start = held.start;
   PrescribedMotion steady = held.motion;  // the offset of an amplitude goes on as it is

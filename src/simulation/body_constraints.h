@@ -28,6 +28,9 @@ std::vector<SharedDistance> shared_distances(const std::vector<ConstraintObject>
 PrescribedVertices make_held(const FixSettings& fix, const TetMesh& mesh, const Vector& q,
                              double time, const std::vector<AmplitudeSettings>& amplitudes);
 
+/// Whether a [[fix]] whose settings change so goes on with the vertices and targets that it has.
+bool keeps_place(const FixSettings& before, const FixSettings& after);
+
 /// The object of a [[fix]] whose settings change from `before` to `after` at `time`. If vertices,
 /// components, target, offset and amplitude stay the same, the targets continue from their present positions.
 /// A [[fix]] that has released all of its vertices fixes them again.

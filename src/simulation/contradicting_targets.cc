@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -29,11 +30,10 @@ class Targets {
       const std::size_t number = set->index.value_or(fixes_.size());
       if (number > fixes_.size()) return;  // the edit is refused
       if (number == fixes_.size()) fixes_.emplace_back();
-      // One that is changed may go on without the vertices that it has released.
-      fixes_[number] = set->index ? Fix{} : of(set->fix);
+      fixes_[number] = set->index ? changed(fixes_[number], of(set->fix)) : of(set->fix);
       refuse(number);
       for (const Other& other : others_) {
-        if (other.is_handle) refuse_shared(set->fix.where, fixes_[number].all, other);
+        if (other.is_handle) refuse_shared(set->fix.where, fixes_[number].held, other);
       }
     } else if (const auto* other = std::get_if<SetConstraint>(&edit)) {
       const std::size_t number = other->index.value_or(others_.size());
@@ -51,7 +51,7 @@ class Targets {
         for (const Index v : released) {
           fixes_[number].targets.erase(v);
           fixes_[number].vertices.erase(v);
-          fixes_[number].all.erase(v);
+          fixes_[number].held.erase(v);
         }
       }
     }
@@ -61,7 +61,8 @@ class Targets {
   struct Fix {
     std::map<Index, Vector3> targets;  // empty if they are not known before the run
     std::set<Index> vertices;          // empty if it is not known which velocity they have
-    std::set<Index> all;
+    std::set<Index> held;              // all that it holds, not by springs
+    FixSettings settings;
     Vector3 velocity = Vector3::Zero();
     std::array<bool, 3> components{};
     std::string where;
@@ -89,12 +90,14 @@ class Targets {
 
   Fix of(const FixSettings& fix) const {
     Fix result;
+    result.settings = fix;
     result.components = fix.components;
     result.where = fix.where;
     const PrescribedVertices held =
         make_held(fix, system_.mesh(), system_.mesh().rest_positions(), 0.0, scene_.amplitude);
-    result.all.insert(held.vertices.begin(), held.vertices.end());
-    if (fix.is_penalty || !fix.amplitude.empty()) return result;
+    if (fix.is_penalty) return result;
+    result.held.insert(held.vertices.begin(), held.vertices.end());
+    if (!fix.amplitude.empty()) return result;
     result.vertices.insert(held.vertices.begin(), held.vertices.end());
     result.velocity = fix.velocity;
     const bool is_known = fix.target.has_value() || !fix.targets.empty();
@@ -102,6 +105,16 @@ class Targets {
     for (std::size_t i = 0; i < held.vertices.size(); ++i) {
       result.targets[held.vertices[i]] = held.start.col(static_cast<Index>(i));
     }
+    return result;
+  }
+
+  // Its targets and velocities may be those of before, so that they are not known.
+  static Fix changed(const Fix& before, Fix after) {
+    const bool goes_on = !before.held.empty() && keeps_place(before.settings, after.settings);
+    Fix result;
+    if (!after.settings.is_penalty) result.held = goes_on ? before.held : std::move(after.held);
+    result.settings = std::move(after.settings);
+    result.where = std::move(after.where);
     return result;
   }
 
@@ -168,7 +181,7 @@ class Targets {
     }
     if (!made.is_handle) return;
     for (const Fix& fix : fixes_)
-      refuse_shared(made.where, made.vertices, {fix.all, false, fix.where});
+      refuse_shared(made.where, made.vertices, {fix.held, false, fix.where});
   }
 
   const Scene& scene_;
@@ -181,7 +194,12 @@ class Targets {
 
 void refuse_contradicting_targets(const Scene& scene, const MechanicalSystem& system) {
   Targets targets(scene, system);
+  const bool end_may_change = std::ranges::any_of(scene.event, [](const EventSettings& event) {
+    return std::ranges::any_of(
+        event.edits, [](const Edit& edit) { return std::holds_alternative<SetTime>(edit); });
+  });
   for (const EventSettings& event : scene.event) {
+    if (event.at >= scene.time.end && !end_may_change) continue;  // it never happens
     for (const Edit& edit : event.edits) targets.make(edit);
   }
 }

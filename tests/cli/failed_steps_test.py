@@ -180,6 +180,23 @@ class Events(CliTest):
                     message = self.refused(2, command, scene)
                     self.assertIn("event.0." + other.split(" ")[0], message)
                     self.assertIn("constraint.0", message)
+        # A [[fix]] that an event of the scene brings back, moves there or makes exact.
+        fixed = f"[[fix]]\n{end}\n"
+        release = f"[[event]]\nat = 0.05\nunfix = {{ {end} }}\n"
+        again = '[[event]]\nat = 0.06\nset = { "fix.1.offset" = [0, 0, 0] }\n'
+        rigid = f'constraint = {{ kind = "rigid", {end} }}\n'
+        moved = '[[event]]\nat = 0.06\nset = { "fix.0.select.plane.at" = 4.0 }\n'
+        springs = f'[[fix]]\n{end}\nmode = "penalty"\npenalty = 1e4\n'
+        exact = '[[event]]\nat = 0.06\nset = { "fix.1.mode" = "exact" }\n'
+        for text in (fixed + release + again + "[[event]]\nat = 0.07\n" + rigid, handle + moved,
+                     handle + springs + exact):  # fmt: skip
+            with self.subTest(text):
+                self.assertIn("rigid handle", self.refused(2, "check", self.scene(text)))
+        # Springs are no contradiction, and an event after the end never happens.
+        late = f"[[event]]\nat = 50.0\nfix = {{ {end} }}\n"
+        self.run_program("run", self.scene(handle + late), "--out", "o", "--quiet")
+        soft = f'fix = {{ {end}, mode = "penalty", penalty = 1e4 }}\n'
+        self.run_program("run", self.scene(handle + "[[event]]\nat = 0.05\n" + soft), "--out", "o", "--quiet")
         # The handle comes second, or another one was taken away before.
         plane = f'constraint = {{ kind = "plane", normal = [1, 0, 0], {end} }}\n'
         rigid = f'constraint = {{ kind = "rigid", {end} }}\n'
