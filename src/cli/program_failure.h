@@ -5,7 +5,7 @@
 
 namespace tetraction {
 
-// Exit codes, as documented in README.md.
+// Exit codes, as documented in docs/outputs.md.
 inline constexpr int kNumericalFailure = 1;
 inline constexpr int kWrongInput = 2;
 inline constexpr int kBadFile = 3;

@@ -17,7 +17,7 @@ import unittest
 from cli_test import CliTest, own_lines
 
 PROGRAM, DATA = os.path.abspath(sys.argv[1]), os.path.abspath(sys.argv[2])
-README = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "README.md")
+OUTPUTS = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "docs", "outputs.md")
 
 # So small that every command that does run takes a moment.
 SCENE = """
@@ -170,7 +170,7 @@ class Arguments(CliTest):
 
 
 class ExitCodes(CliTest):
-    """Each exit code of the table in README.md, from the program itself."""
+    """Each exit code of the table in docs/outputs.md, from the program itself."""
 
     def test_every_documented_code(self):
         self.write("scene.toml", SCENE)
@@ -186,7 +186,7 @@ class ExitCodes(CliTest):
             4: ["run", "scene.toml", "--out", "/dev/null/out"],
             129: endless, 130: endless, 131: endless, 143: endless,
         }  # fmt: skip
-        with open(README) as file:
+        with open(OUTPUTS) as file:
             rows = re.findall(r"^\| ([\d, ]+) \|", file.read(), re.MULTILINE)
         documented = {int(code) for row in rows for code in row.split(",")}
         self.assertLessEqual({0, 1, 2, 3, 4, 130}, documented)
