@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "tetraction/dynamics/stepper.h"
+#include "tetraction/dynamics/steppers/stepper.h"
 #include "tetraction/mesh/generate.h"
 
 namespace tetraction::benchmarks {

@@ -2,12 +2,12 @@
 // Argument: cells through the thickness (4: 1,920 tetrahedra; 9: 19,440; 18: 155,520).
 #include <benchmark/benchmark.h>
 
-#include "solver/single_precision_factor.h"
-#include "solver/sparse_cholesky.h"
+#include "solver/linear/single_precision_factor.h"
+#include "solver/linear/sparse_cholesky.h"
 #include "tetraction/core/error.h"
 #include "tetraction/core/parallel.h"
-#include "tetraction/dynamics/derivative_check.h"
 #include "tetraction/dynamics/mechanical_system.h"
+#include "tetraction/dynamics/problems/derivative_check.h"
 #include "tetraction/mesh/generate.h"
 #include "tetraction/mesh/selection.h"
 

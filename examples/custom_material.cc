@@ -17,8 +17,8 @@
 #include <memory>
 
 #include "tetraction/dynamics/balance.h"
-#include "tetraction/dynamics/derivative_check.h"
-#include "tetraction/dynamics/stability.h"
+#include "tetraction/dynamics/problems/derivative_check.h"
+#include "tetraction/dynamics/steppers/stability.h"
 #include "tetraction/mesh/generate.h"
 #include "tetraction/mesh/selection.h"
 #include "tetraction/solver/ceres_minimizer.h"

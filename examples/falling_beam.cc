@@ -11,7 +11,7 @@
 #include <cstdio>
 #include <cstdlib>
 
-#include "tetraction/dynamics/stepper.h"
+#include "tetraction/dynamics/steppers/stepper.h"
 #include "tetraction/io/frame_writer.h"
 #include "tetraction/io/run_recorder.h"
 #include "tetraction/mesh/generate.h"

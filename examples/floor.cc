@@ -17,7 +17,7 @@
 #include <cstdlib>
 #include <memory>
 
-#include "tetraction/dynamics/derivative_check.h"
+#include "tetraction/dynamics/problems/derivative_check.h"
 #include "tetraction/io/run_recorder.h"
 #include "tetraction/mesh/generate.h"
 #include "tetraction/simulation/session.h"

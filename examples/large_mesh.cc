@@ -22,7 +22,7 @@
 #include "tetraction/core/parallel.h"
 #include "tetraction/core/process.h"
 #include "tetraction/dynamics/balance.h"
-#include "tetraction/dynamics/stepper.h"
+#include "tetraction/dynamics/steppers/stepper.h"
 #include "tetraction/mesh/selection.h"
 #include "tetraction/solver/newton_minimizer.h"
 

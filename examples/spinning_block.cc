@@ -11,7 +11,7 @@
 #include <cstdlib>
 
 #include "tetraction/dynamics/balance.h"
-#include "tetraction/dynamics/stability.h"
+#include "tetraction/dynamics/steppers/stability.h"
 #include "tetraction/mesh/generate.h"
 
 using namespace tetraction;

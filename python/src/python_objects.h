@@ -6,8 +6,8 @@
 #include <memory>
 #include <string>
 
-#include "tetraction/dynamics/force_term.h"
 #include "tetraction/dynamics/mechanical_system.h"
+#include "tetraction/dynamics/terms/force_term.h"
 #include "tetraction/material/custom_material.h"
 
 namespace tetraction::python {

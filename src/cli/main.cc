@@ -9,13 +9,13 @@
 #include <vector>
 
 #include "address_space.h"
+#include "cli/commands/commands.h"
+#include "cli/commands/parallel_run.h"
 #include "command_line.h"
-#include "commands.h"
 #include "console.h"
 #include "core/spelling.h"
 #include "interrupt_guard.h"
 #include "option_values.h"
-#include "parallel_run.h"
 #include "program_failure.h"
 #include "tetraction/core/blas.h"
 #include "tetraction/core/parallel.h"

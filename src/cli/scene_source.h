@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "tetraction/dynamics/stability.h"
+#include "tetraction/dynamics/steppers/stability.h"
 #include "tetraction/mesh/tet_mesh.h"
 #include "tetraction/simulation/scene.h"
 

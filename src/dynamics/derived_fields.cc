@@ -6,10 +6,10 @@
 #include <limits>
 
 #include "core/decompositions.h"
-#include "proper_rotation.h"
+#include "dynamics/constraints/proper_rotation.h"
 #include "quadratic_element.h"
 #include "tetraction/core/parallel.h"
-#include "tetraction/dynamics/nodal_volume.h"
+#include "tetraction/dynamics/nodal_volume/nodal_volume.h"
 
 namespace tetraction {
 namespace {

@@ -12,13 +12,13 @@
 #include <string>
 #include <utility>
 
+#include "dynamics/terms/vertex_kernels.h"
 #include "fem/element_blocks.h"
 #include "tetraction/core/error.h"
 #include "tetraction/core/parallel.h"
 #include "tetraction/dynamics/consistent_mass.h"
-#include "tetraction/dynamics/multipliers.h"
-#include "tetraction/dynamics/nodal_volume.h"
-#include "vertex_kernels.h"
+#include "tetraction/dynamics/constraints/multipliers.h"
+#include "tetraction/dynamics/nodal_volume/nodal_volume.h"
 
 namespace tetraction {
 

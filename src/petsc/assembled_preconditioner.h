@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "mpi_part.h"
-#include "solver/body_preconditioner.h"
+#include "solver/linear/body_preconditioner.h"
 #include "tetraction/dynamics/mechanical_system.h"
-#include "tetraction/dynamics/nonlinear_problem.h"
+#include "tetraction/dynamics/problems/nonlinear_problem.h"
 
 namespace tetraction::petsc {
 

@@ -8,7 +8,7 @@
 
 #include "part_data.h"
 #include "processes.h"
-#include "solver/body_preconditioner.h"
+#include "solver/linear/body_preconditioner.h"
 #include "tetraction/mesh/mesh_part.h"
 
 namespace tetraction::petsc {

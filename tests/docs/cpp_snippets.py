@@ -29,9 +29,9 @@ START = """// Made by tests/docs/cpp_snippets.py from the blocks of the document
 #include <vector>
 
 #include "tetraction/core/interruption.h"
-#include "tetraction/dynamics/derivative_check.h"
-#include "tetraction/dynamics/stability.h"
-#include "tetraction/dynamics/stepper.h"
+#include "tetraction/dynamics/problems/derivative_check.h"
+#include "tetraction/dynamics/steppers/stability.h"
+#include "tetraction/dynamics/steppers/stepper.h"
 #include "tetraction/io/checkpoint_file.h"
 #include "tetraction/io/run_recorder.h"
 #include "tetraction/mesh/generate.h"

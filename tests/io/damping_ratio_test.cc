@@ -5,7 +5,7 @@
 #include <string>
 
 #include "support/temporary_folder.h"
-#include "tetraction/dynamics/rayleigh_damping.h"
+#include "tetraction/dynamics/terms/rayleigh_damping.h"
 #include "tetraction/io/scene_reader.h"
 #include "tetraction/io/scene_writer.h"
 

@@ -1,5 +1,5 @@
 // What a study concludes from its numbers, in words, and how its page shows them.
-#include "io/results/study_conclusions.h"
+#include "io/study/study_conclusions.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "io/results/study_page.h"
+#include "io/study/study_page.h"
 #include "tetraction/io/study_writer.h"
 
 namespace tetraction {

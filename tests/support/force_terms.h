@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "tetraction/dynamics/vertex_potential.h"
+#include "tetraction/dynamics/terms/vertex_potential.h"
 
 namespace tetraction::testing_support {
 

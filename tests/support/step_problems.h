@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "support/bodies.h"
-#include "tetraction/dynamics/step_problem.h"
+#include "tetraction/dynamics/problems/step_problem.h"
 
 namespace tetraction::testing_support {
 

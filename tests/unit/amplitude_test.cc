@@ -1,5 +1,5 @@
 // Amplitudes: values, rates, and exact integrals.
-#include "tetraction/dynamics/amplitude.h"
+#include "tetraction/dynamics/terms/amplitude.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "simulation/automatic_step.h"
+#include "simulation/session/automatic_step.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "solver/coarse_choice.h"
+#include "solver/linear/coarse_choice.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "solver/coarse_matrix.h"
+#include "solver/linear/coarse_matrix.h"
 
 #include <gtest/gtest.h>
 

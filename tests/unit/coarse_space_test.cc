@@ -1,4 +1,4 @@
-#include "solver/coarse_space.h"
+#include "solver/linear/coarse_space.h"
 
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
@@ -6,7 +6,7 @@
 #include "support/bodies.h"
 #include "support/step_problems.h"
 #include "tetraction/core/parallel.h"
-#include "tetraction/dynamics/derivative_check.h"
+#include "tetraction/dynamics/problems/derivative_check.h"
 
 namespace tetraction {
 namespace {

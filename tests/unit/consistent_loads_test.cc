@@ -1,5 +1,5 @@
 // Distributed loads as forces on vertices: resultants, moments, and independence of the mesh.
-#include "tetraction/dynamics/consistent_loads.h"
+#include "tetraction/dynamics/terms/consistent_loads.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>

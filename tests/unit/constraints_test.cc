@@ -1,11 +1,11 @@
-#include "tetraction/dynamics/constraints.h"
+#include "tetraction/dynamics/constraints/constraints.h"
 
 #include <cmath>
 #include <numeric>
 
 #include "support/bodies.h"
 #include "tetraction/core/error.h"
-#include "tetraction/dynamics/multipliers.h"
+#include "tetraction/dynamics/constraints/multipliers.h"
 
 namespace tetraction {
 namespace {

@@ -10,8 +10,8 @@
 #include "support/fibre_rubber.h"
 #include "tetraction/core/error.h"
 #include "tetraction/dynamics/balance.h"
-#include "tetraction/dynamics/derivative_check.h"
-#include "tetraction/dynamics/stability.h"
+#include "tetraction/dynamics/problems/derivative_check.h"
+#include "tetraction/dynamics/steppers/stability.h"
 #include "tetraction/simulation/scene_objects.h"
 #include "tetraction/simulation/session.h"
 

@@ -6,8 +6,8 @@
 
 #include "support/bodies.h"
 #include "support/force_terms.h"
-#include "tetraction/dynamics/environment.h"
-#include "tetraction/dynamics/surface_pressure.h"
+#include "tetraction/dynamics/terms/environment.h"
+#include "tetraction/dynamics/terms/surface_pressure.h"
 
 namespace tetraction {
 namespace {

@@ -9,7 +9,7 @@
 #include "support/bodies.h"
 #include "support/instruction_sets.h"
 #include "tetraction/core/parallel.h"
-#include "tetraction/dynamics/derivative_check.h"
+#include "tetraction/dynamics/problems/derivative_check.h"
 
 namespace tetraction {
 namespace {

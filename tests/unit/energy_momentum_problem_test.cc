@@ -1,4 +1,4 @@
-#include "dynamics/energy_momentum_problem.h"
+#include "dynamics/problems/energy_momentum_problem.h"
 
 #include <gtest/gtest.h>
 

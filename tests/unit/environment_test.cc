@@ -1,4 +1,4 @@
-#include "tetraction/dynamics/environment.h"
+#include "tetraction/dynamics/terms/environment.h"
 
 #include <cmath>
 #include <limits>

@@ -7,8 +7,8 @@
 #include "support/force_terms.h"
 #include "support/step_problems.h"
 #include "tetraction/dynamics/balance.h"
-#include "tetraction/dynamics/multipliers.h"
-#include "tetraction/dynamics/stability.h"
+#include "tetraction/dynamics/constraints/multipliers.h"
+#include "tetraction/dynamics/steppers/stability.h"
 
 namespace tetraction {
 namespace {

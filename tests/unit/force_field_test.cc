@@ -1,4 +1,4 @@
-#include "tetraction/dynamics/force_field.h"
+#include "tetraction/dynamics/terms/force_field.h"
 
 #include <algorithm>
 #include <cmath>

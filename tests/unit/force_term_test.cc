@@ -1,10 +1,10 @@
-#include "tetraction/dynamics/force_term.h"
+#include "tetraction/dynamics/terms/force_term.h"
 
 #include "support/bodies.h"
 #include "support/force_terms.h"
 #include "support/step_problems.h"
 #include "tetraction/core/error.h"
-#include "tetraction/dynamics/derivative_check.h"
+#include "tetraction/dynamics/problems/derivative_check.h"
 #include "tetraction/solver/ceres_minimizer.h"
 #include "tetraction/solver/newton_minimizer.h"
 

@@ -1,4 +1,4 @@
-#include "simulation/free_motions.h"
+#include "simulation/facts/free_motions.h"
 
 #include <gtest/gtest.h>
 

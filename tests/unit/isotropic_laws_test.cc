@@ -9,8 +9,8 @@
 #include "fem/tangent_operator.h"
 #include "support/bodies.h"
 #include "support/instruction_sets.h"
-#include "tetraction/dynamics/derivative_check.h"
-#include "tetraction/dynamics/stability.h"
+#include "tetraction/dynamics/problems/derivative_check.h"
+#include "tetraction/dynamics/steppers/stability.h"
 
 namespace tetraction {
 namespace {

@@ -1,4 +1,4 @@
-#include "simulation/load_facts.h"
+#include "simulation/facts/load_facts.h"
 
 #include <gtest/gtest.h>
 
@@ -9,8 +9,8 @@
 #include <memory>
 
 #include "dynamics/mass_properties.h"
-#include "simulation/initial_state.h"
-#include "simulation/support_facts.h"
+#include "simulation/facts/support_facts.h"
+#include "simulation/scene/initial_state.h"
 #include "support/cubes.h"
 #include "tetraction/dynamics/consistent_mass.h"
 #include "tetraction/mesh/generate.h"

@@ -1,5 +1,5 @@
 // Motions that loads feed against all eigenvalues of dense matrices.
-#include "solver/load_stability.h"
+#include "solver/modes/load_stability.h"
 
 #include <gtest/gtest.h>
 

@@ -9,7 +9,7 @@
 #include "support/bodies.h"
 #include "support/corner_scenes.h"
 #include "tetraction/core/error.h"
-#include "tetraction/dynamics/multipliers.h"
+#include "tetraction/dynamics/constraints/multipliers.h"
 
 namespace tetraction {
 namespace {

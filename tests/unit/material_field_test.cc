@@ -6,8 +6,8 @@
 #include "fem/tangent_operator.h"
 #include "support/bodies.h"
 #include "tetraction/core/error.h"
-#include "tetraction/dynamics/derivative_check.h"
 #include "tetraction/dynamics/mechanical_system.h"
+#include "tetraction/dynamics/problems/derivative_check.h"
 
 namespace tetraction {
 namespace {

@@ -1,4 +1,4 @@
-#include "solver/matrix_free_cg.h"
+#include "solver/linear/matrix_free_cg.h"
 
 #include <Eigen/Cholesky>
 

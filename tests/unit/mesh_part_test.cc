@@ -10,7 +10,7 @@
 #include "support/bodies.h"
 #include "support/lone_part.h"
 #include "tetraction/dynamics/balance.h"
-#include "tetraction/dynamics/stepper.h"
+#include "tetraction/dynamics/steppers/stepper.h"
 
 namespace tetraction {
 namespace {

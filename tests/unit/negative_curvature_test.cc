@@ -1,4 +1,4 @@
-#include "solver/line_search.h"
+#include "solver/newton/line_search.h"
 
 #include <Eigen/Eigenvalues>
 #include <memory>

@@ -8,7 +8,7 @@
 #include "support/step_problems.h"
 #include "tetraction/core/error.h"
 #include "tetraction/core/parallel.h"
-#include "tetraction/dynamics/derivative_check.h"
+#include "tetraction/dynamics/problems/derivative_check.h"
 #include "tetraction/simulation/scene_objects.h"
 #include "tetraction/solver/ceres_minimizer.h"
 

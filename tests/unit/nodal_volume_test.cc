@@ -1,11 +1,11 @@
 // The volumetric energy with averages at the vertices: derivatives, conservation, solvers, refusals.
-#include "tetraction/dynamics/nodal_volume.h"
+#include "tetraction/dynamics/nodal_volume/nodal_volume.h"
 
 #include <Eigen/Geometry>
 #include <cmath>
 
 #include "fem/tangent_operator.h"
-#include "solver/matrix_free_cg.h"
+#include "solver/linear/matrix_free_cg.h"
 #include "support/bodies.h"
 #include "support/fibre_rubber.h"
 #include "support/step_problems.h"

@@ -1,5 +1,5 @@
 // The closed forms of an oscillator against steps of a body on springs.
-#include "tetraction/dynamics/oscillator.h"
+#include "tetraction/dynamics/steppers/oscillator.h"
 
 #include <gtest/gtest.h>
 

@@ -1,10 +1,10 @@
 // Outer products of nodal volumes and of force terms, applied without a matrix.
-#include "solver/outer_products.h"
+#include "solver/linear/outer_products.h"
 
 #include "support/bodies.h"
 #include "tetraction/core/parallel.h"
 #include "tetraction/dynamics/mechanical_system.h"
-#include "tetraction/dynamics/nodal_volume.h"
+#include "tetraction/dynamics/nodal_volume/nodal_volume.h"
 
 namespace tetraction {
 namespace {

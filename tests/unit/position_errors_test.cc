@@ -1,4 +1,4 @@
-#include "simulation/position_errors.h"
+#include "simulation/study/position_errors.h"
 
 #include <cmath>
 

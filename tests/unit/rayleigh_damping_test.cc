@@ -1,5 +1,5 @@
 // Rayleigh damping: two ratios become mass damping and viscosity.
-#include "tetraction/dynamics/rayleigh_damping.h"
+#include "tetraction/dynamics/terms/rayleigh_damping.h"
 
 #include <gtest/gtest.h>
 

@@ -1,16 +1,16 @@
-#include "solver/single_precision_factor.h"
+#include "solver/linear/single_precision_factor.h"
 
 #include <cholmod.h>
 
 #include <Eigen/Cholesky>
 #include <cmath>
 
-#include "solver/sparse_cholesky.h"
+#include "solver/linear/sparse_cholesky.h"
 #include "support/bodies.h"
 #include "support/instruction_sets.h"
 #include "tetraction/core/error.h"
 #include "tetraction/core/parallel.h"
-#include "tetraction/dynamics/derivative_check.h"
+#include "tetraction/dynamics/problems/derivative_check.h"
 
 namespace tetraction {
 namespace {

@@ -1,7 +1,7 @@
-#include "solver/sparse_cholesky.h"
+#include "solver/linear/sparse_cholesky.h"
 
 #include "support/bodies.h"
-#include "tetraction/dynamics/derivative_check.h"
+#include "tetraction/dynamics/problems/derivative_check.h"
 
 namespace tetraction {
 namespace {

@@ -1,4 +1,4 @@
-#include "tetraction/dynamics/stability.h"
+#include "tetraction/dynamics/steppers/stability.h"
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/QR>
@@ -9,8 +9,8 @@
 #include "core/decompositions.h"
 #include "support/bodies.h"
 #include "support/step_problems.h"
-#include "tetraction/dynamics/derivative_check.h"
-#include "tetraction/dynamics/stepper.h"
+#include "tetraction/dynamics/problems/derivative_check.h"
+#include "tetraction/dynamics/steppers/stepper.h"
 
 namespace tetraction {
 namespace {

@@ -1,4 +1,4 @@
-#include "tetraction/dynamics/static_problem.h"
+#include "tetraction/dynamics/problems/static_problem.h"
 
 #include <cmath>
 #include <utility>

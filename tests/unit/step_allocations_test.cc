@@ -8,7 +8,7 @@
 #include "support/allocations.h"
 #include "support/step_problems.h"
 #include "tetraction/dynamics/balance.h"
-#include "tetraction/dynamics/stepper.h"
+#include "tetraction/dynamics/steppers/stepper.h"
 #include "tetraction/solver/newton_minimizer.h"
 
 namespace tetraction {

@@ -6,7 +6,7 @@
 
 #include "support/bodies.h"
 #include "tetraction/core/parallel.h"
-#include "tetraction/dynamics/derivative_check.h"
+#include "tetraction/dynamics/problems/derivative_check.h"
 
 namespace tetraction {
 namespace {

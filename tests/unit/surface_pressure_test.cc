@@ -1,5 +1,5 @@
 // Pressure on the boundary: derivatives, resultants, rims, work.
-#include "tetraction/dynamics/surface_pressure.h"
+#include "tetraction/dynamics/terms/surface_pressure.h"
 
 #include <Eigen/Geometry>
 
@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "support/bodies.h"
-#include "tetraction/dynamics/derivative_check.h"
 #include "tetraction/dynamics/mechanical_system.h"
+#include "tetraction/dynamics/problems/derivative_check.h"
 #include "tetraction/mesh/edge_vertices.h"
 
 namespace tetraction {

@@ -8,7 +8,7 @@
 #include "support/fibre_rubber.h"
 #include "support/instruction_sets.h"
 #include "tetraction/core/parallel.h"
-#include "tetraction/dynamics/derivative_check.h"
+#include "tetraction/dynamics/problems/derivative_check.h"
 
 namespace tetraction {
 namespace {

@@ -1,4 +1,4 @@
-#include "dynamics/turned_guess.h"
+#include "dynamics/steppers/turned_guess.h"
 
 #include <gtest/gtest.h>
 #include <Eigen/Geometry>

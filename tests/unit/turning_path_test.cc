@@ -1,4 +1,4 @@
-#include "solver/turning_path.h"
+#include "solver/newton/turning_path.h"
 
 #include <gtest/gtest.h>
 #include <Eigen/Geometry>

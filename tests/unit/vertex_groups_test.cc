@@ -1,4 +1,4 @@
-#include "solver/vertex_groups.h"
+#include "solver/linear/vertex_groups.h"
 
 #include "support/bodies.h"
 #include "support/lone_part.h"

@@ -1,4 +1,4 @@
-#include "dynamics/vertex_kernels.h"
+#include "dynamics/terms/vertex_kernels.h"
 
 #include <cmath>
 #include <limits>

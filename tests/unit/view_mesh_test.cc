@@ -8,7 +8,7 @@
 #include "support/allocations.h"
 #include "support/bodies.h"
 #include "tetraction/core/error.h"
-#include "tetraction/dynamics/stepper.h"
+#include "tetraction/dynamics/steppers/stepper.h"
 #include "tetraction/mesh/tet_mesh.h"
 #include "tetraction/simulation/session.h"
 

@@ -4,7 +4,7 @@
 
 #include "support/bodies.h"
 #include "support/instruction_sets.h"
-#include "tetraction/dynamics/derivative_check.h"
+#include "tetraction/dynamics/problems/derivative_check.h"
 
 namespace tetraction {
 namespace {

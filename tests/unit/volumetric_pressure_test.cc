@@ -1,10 +1,10 @@
 // The pressures as unknowns of their own: forces, rates and curvature against the energy.
-#include "solver/volumetric_pressure.h"
+#include "solver/newton/volumetric_pressure.h"
 
 #include <cmath>
 
 #include "support/bodies.h"
-#include "tetraction/dynamics/nodal_volume.h"
+#include "tetraction/dynamics/nodal_volume/nodal_volume.h"
 #include "tetraction/mesh/edge_vertices.h"
 
 namespace tetraction {

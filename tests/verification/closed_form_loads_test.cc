@@ -4,8 +4,8 @@
 #include <optional>
 
 #include "support/bodies.h"
-#include "tetraction/dynamics/consistent_loads.h"
-#include "tetraction/dynamics/vertex_potential.h"
+#include "tetraction/dynamics/terms/consistent_loads.h"
+#include "tetraction/dynamics/terms/vertex_potential.h"
 #include "tetraction/simulation/equilibrium.h"
 #include "tetraction/simulation/session.h"
 

@@ -27,8 +27,8 @@ INSTANTIATE_TEST_SUITE_P(All, ImplicitCorner, testing::ValuesIn(all_implicit_way
 class RestCorner : public ImplicitCorner {};
 std::vector<ImplicitWay> ways_to_rest() {
   std::vector<ImplicitWay> ways = all_implicit_ways();
-  std::erase_if(ways,
-                [](const ImplicitWay& way) { return way.integrator != Integrator::kBackwardEuler; });
+  std::erase_if(
+      ways, [](const ImplicitWay& way) { return way.integrator != Integrator::kBackwardEuler; });
   return ways;
 }
 

@@ -8,7 +8,7 @@
 #include <string>
 
 #include "support/corner_scenes.h"
-#include "tetraction/dynamics/vertex_potential.h"
+#include "tetraction/dynamics/terms/vertex_potential.h"
 #include "tetraction/simulation/step_failure.h"
 
 namespace tetraction {

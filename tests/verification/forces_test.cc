@@ -5,7 +5,7 @@
 #include <numbers>
 
 #include "support/bodies.h"
-#include "tetraction/dynamics/stability.h"
+#include "tetraction/dynamics/steppers/stability.h"
 #include "tetraction/simulation/session.h"
 
 namespace tetraction {

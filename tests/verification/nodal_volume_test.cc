@@ -7,7 +7,7 @@
 #include "support/same_run.h"
 #include "tetraction/core/error.h"
 #include "tetraction/core/parallel.h"
-#include "tetraction/dynamics/nodal_volume.h"
+#include "tetraction/dynamics/nodal_volume/nodal_volume.h"
 #include "tetraction/simulation/checkpoint.h"
 
 namespace tetraction {

@@ -5,8 +5,8 @@
 
 #include "support/bodies.h"
 #include "tetraction/dynamics/consistent_mass.h"
-#include "tetraction/dynamics/oscillator.h"
-#include "tetraction/dynamics/rayleigh_damping.h"
+#include "tetraction/dynamics/steppers/oscillator.h"
+#include "tetraction/dynamics/terms/rayleigh_damping.h"
 #include "tetraction/simulation/equilibrium.h"
 #include "tetraction/simulation/session.h"
 #include "tetraction/solver/normal_modes.h"

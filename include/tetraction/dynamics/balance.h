@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "tetraction/dynamics/mechanical_system.h"
-#include "tetraction/dynamics/stepper.h"
+#include "tetraction/dynamics/steppers/stepper.h"
 
 namespace tetraction {
 

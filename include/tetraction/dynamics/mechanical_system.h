@@ -4,16 +4,16 @@
 #include <memory>
 #include <vector>
 
-#include "tetraction/dynamics/constraints.h"
-#include "tetraction/dynamics/damping.h"
+#include "tetraction/dynamics/constraints/constraints.h"
 #include "tetraction/dynamics/energies.h"
-#include "tetraction/dynamics/environment.h"
-#include "tetraction/dynamics/external_forces.h"
-#include "tetraction/dynamics/force_term.h"
+#include "tetraction/dynamics/nodal_volume/volume_rule.h"
 #include "tetraction/dynamics/state.h"
-#include "tetraction/dynamics/surface_pressure.h"
-#include "tetraction/dynamics/vertex_damping.h"
-#include "tetraction/dynamics/volume_rule.h"
+#include "tetraction/dynamics/terms/damping.h"
+#include "tetraction/dynamics/terms/environment.h"
+#include "tetraction/dynamics/terms/external_forces.h"
+#include "tetraction/dynamics/terms/force_term.h"
+#include "tetraction/dynamics/terms/surface_pressure.h"
+#include "tetraction/dynamics/terms/vertex_damping.h"
 #include "tetraction/fem/elastic_potential.h"
 #include "tetraction/fem/viscous_potential.h"
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "tetraction/dynamics/mechanical_system.h"
-#include "tetraction/dynamics/minimizer.h"
+#include "tetraction/dynamics/problems/minimizer.h"
 #include "tetraction/simulation/scene.h"
 
 namespace tetraction {

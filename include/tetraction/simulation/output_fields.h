@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "tetraction/dynamics/volume_rule.h"
+#include "tetraction/dynamics/nodal_volume/volume_rule.h"
 
 namespace tetraction {
 

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "tetraction/core/types.h"
-#include "tetraction/dynamics/minimizer.h"
-#include "tetraction/dynamics/stability.h"
+#include "tetraction/dynamics/problems/minimizer.h"
+#include "tetraction/dynamics/steppers/stability.h"
 
 namespace tetraction {
 

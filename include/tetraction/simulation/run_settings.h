@@ -5,7 +5,7 @@
 #include <variant>
 #include <vector>
 
-#include "tetraction/dynamics/constraints.h"
+#include "tetraction/dynamics/constraints/constraints.h"
 #include "tetraction/simulation/scene.h"
 
 namespace tetraction {

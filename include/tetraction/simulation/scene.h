@@ -14,11 +14,11 @@
 #include <vector>
 
 #include "tetraction/core/types.h"
-#include "tetraction/dynamics/amplitude.h"
-#include "tetraction/dynamics/damping.h"
-#include "tetraction/dynamics/integrator.h"
-#include "tetraction/dynamics/rayleigh_damping.h"
-#include "tetraction/dynamics/volume_rule.h"
+#include "tetraction/dynamics/nodal_volume/volume_rule.h"
+#include "tetraction/dynamics/steppers/integrator.h"
+#include "tetraction/dynamics/terms/amplitude.h"
+#include "tetraction/dynamics/terms/damping.h"
+#include "tetraction/dynamics/terms/rayleigh_damping.h"
 #include "tetraction/material/material_field.h"
 #include "tetraction/mesh/selection.h"
 #include "tetraction/simulation/frame_format.h"

@@ -4,7 +4,7 @@
 #include <memory>
 
 #include "tetraction/dynamics/mechanical_system.h"
-#include "tetraction/dynamics/stepper.h"
+#include "tetraction/dynamics/steppers/stepper.h"
 #include "tetraction/simulation/scene.h"
 
 namespace tetraction {

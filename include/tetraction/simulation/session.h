@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "tetraction/dynamics/balance.h"
-#include "tetraction/dynamics/stability.h"
+#include "tetraction/dynamics/steppers/stability.h"
 #include "tetraction/simulation/checkpoint.h"
 #include "tetraction/simulation/scene_objects.h"
 

@@ -4,7 +4,7 @@
 #include <memory>
 
 #include "tetraction/dynamics/mechanical_system.h"
-#include "tetraction/dynamics/minimizer.h"
+#include "tetraction/dynamics/problems/minimizer.h"
 #include "tetraction/solver/linear_solver.h"
 
 namespace tetraction {

@@ -12,11 +12,11 @@
 
 #include "failed_elements.h"
 #include "io/mesh/mesh_files.h"
+#include "io/study/study_page.h"
+#include "io/study/study_plots.h"
+#include "io/study/study_row_file.h"
 #include "io/text/output_file.h"
 #include "result_folders.h"
-#include "study_page.h"
-#include "study_plots.h"
-#include "study_row_file.h"
 #include "tetraction/core/error.h"
 
 namespace tetraction {

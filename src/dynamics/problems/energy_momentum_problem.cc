@@ -1,0 +1,156 @@
+#include "energy_momentum_problem.h"
+
+#include <algorithm>
+
+#include "tetraction/dynamics/nodal_volume/nodal_volume.h"
+#include "tetraction/fem/step_length.h"
+
+namespace tetraction {
+
+DiscreteGradientStep::DiscreteGradientStep(const MechanicalSystem& system)
+    : StepProblem(system), gradient_(system.elastic()) {
+  const RestState& rest = system.rest();
+  slenderness_.reserve(static_cast<std::size_t>(rest.point_count()));
+  for (Index i = 0; i < rest.point_count(); ++i) {
+    slenderness_.push_back(static_cast<float>(rest.point(i).gradients[0].rightCols<3>().norm()));
+  }
+}
+
+void DiscreteGradientStep::begin(const State& state, double h, double end_time, double alpha,
+                                 const Vector& load) {
+  StepProblem::begin(state, h, end_time, alpha, load);
+  start_time_ = state.time;
+  end_time_ = end_time;
+  at_end_ = false;
+  internal_.known = false;
+  // The discrete gradient of a quadratic potential is its gradient at x plus a part that does not
+  // depend on x: the potential may change in another way than linearly in the time.
+  bool changed = false;
+  for (const ForceTerm* term : system_.force_terms()) {
+    if (!term->has_potential() || !term->is_quadratic() || term->uniform_acceleration()) continue;
+    full_.setZero(system_.dof_count());
+    term->add_gradient(point(previous_), full_);
+    full_ = -full_;
+    term->add_discrete_gradient(start_point(), end_point(previous_), full_);
+    add_load(-full_);
+    changed = true;
+  }
+  if (changed) set_origin(base());
+}
+
+void DiscreteGradientStep::move(const Vector& u) const {
+  way_ = (origin() - previous_) + u;
+  end_ = origin() + (u + way_);
+}
+
+EvaluationStatus DiscreteGradientStep::evaluate_internal(const Vector& u) const {
+  if (internal_.known && internal_.way == way_) return {};
+  internal_.gradient.setZero(u.size());
+  const EvaluationStatus status =
+      gradient_.add({Positions(origin(), u), way_, viscous().factor()}, internal_.gradient);
+  internal_.known = status.ok();
+  if (!status.ok()) return status;
+  if (const NodalVolume* volume = system_.nodal_volume(); volume != nullptr) {
+    volume->add_discrete_gradient(Positions(origin(), u), way_, internal_.gradient);
+  }
+  internal_.way = way_;
+  return status;
+}
+
+EvaluationStatus DiscreteGradientStep::conserving_residual(const Vector& u,
+                                                           Vector& residual) const {
+  move(u);
+  if (!terms_are_defined(u) || !vertex_residual(u, residual)) return {-1, 0};
+  if (const EvaluationStatus status = evaluate_internal(u); !status.ok()) return status;
+  residual += internal_.gradient;
+  for_each_potential([&](const ForceTerm& term) {
+    term.add_discrete_gradient(start_point(), end_point(end_), residual);
+  });
+  if (system_.has_load_of_position()) add_load_deviation(u, residual);
+  return {};
+}
+
+EvaluationStatus DiscreteGradientStep::internal_gradient(const Vector& u,
+                                                         const Vector*& gradient) const {
+  move(u);
+  gradient = &internal_.gradient;
+  return evaluate_internal(u);
+}
+
+// move() must have been called.
+bool DiscreteGradientStep::terms_are_defined(const Vector& u) const {
+  bool defined = true;
+  for_each_potential([&](const ForceTerm& term) {
+    shift_ = origin() + u;
+    defined = defined && term.undefined_vertex(point(shift_)) < 0 &&
+              term.undefined_vertex(end_point(end_)) < 0;
+  });
+  return defined;
+}
+
+bool DiscreteGradientStep::ends_defined(const Vector& u) const {
+  move(u);
+  return terms_are_defined(u) && system_.elastic().admissible(end_).ok();
+}
+
+double DiscreteGradientStep::longest_step_of_end(const Vector& u, const Vector& d) const {
+  constexpr double kShare = 0.9;
+  move(u);
+  shift_ = 2.0 * d;
+  double longest = 1.0;
+  for_each_potential([&](const ForceTerm& term) {
+    longest = std::min(longest, kShare * term.longest_step(end_point(end_), shift_));
+    const Vector x = origin() + u;
+    longest = std::min(longest, kShare * term.longest_step(point(x), d));
+  });
+  return std::min(longest, admissible_step(system_.rest(), end_, shift_,
+                                           [&](Index e) { return needs_volume(e); }));
+}
+
+void DiscreteGradientStep::linearize(const Vector& u) {
+  point_ = u;
+  move(u);
+  point_way_ = way_;
+  at_end_ = is_far_from_middle();
+  set_rate_estimate(u);
+  const bool with_loads = system_.has_load_of_position();
+  set_with_load_stiffness(false);
+  term_hessian(u, HessianForm::kExact, terms_);
+  set_with_load_stiffness(with_loads);
+  if (with_loads) load_stiffness(u, load_stiffness_);
+}
+
+// C at x is less than the mean of C at both ends by AᵀA, where A is half of the change of F. The body would be
+// compressed by this strain at x, although it is not: the stress may make ∇²Φ indefinite where ∂r/∂u is not.
+bool DiscreteGradientStep::is_far_from_middle() const {
+  constexpr double kFew = 0.2;  // |A|; a rotation by 0.2 has 0.14
+  const double inertia = system_.total_mass() / (volume_ * step_ * step_);
+  const RestState& rest = system_.rest();
+  for (Index i = 0; i < rest.point_count(); ++i) {
+    const double slenderness = slenderness_[static_cast<std::size_t>(i)];
+    const double change = rest.gather_relative(way_, i).norm() * slenderness;
+    if (change > kFew) return true;
+    const LameParameters lame = system_.lame(rest.element_of(i));
+    const double stress = (lame.lambda + 2.0 * lame.mu) * change * change;
+    if (stress * slenderness * slenderness > inertia) return true;
+  }
+  return false;
+}
+
+void DiscreteGradientStep::multiply(const Vector& d, Vector& product) const {
+  product = coefficient().cwiseProduct(d);
+  terms_.add_product(d, product);
+  if (system_.has_load_of_position()) load_stiffness_.add_product(d, product);
+  gradient_.add_product({Positions(origin(), point_), point_way_, viscous().factor()}, d, product);
+  if (const NodalVolume* volume = system_.nodal_volume(); volume != nullptr) {
+    volume->add_discrete_gradient_product(Positions(origin(), point_), point_way_, d, product);
+  }
+}
+
+Positions DiscreteGradientStep::elastic_positions(const Vector& u) const {
+  if (!at_end_) return {origin(), u};
+  shift_ = ((origin() - previous_) + u) + u;
+  return {origin(), shift_};
+}
+
+}  // namespace tetraction

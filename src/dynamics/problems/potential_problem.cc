@@ -1,0 +1,517 @@
+#include "tetraction/dynamics/problems/potential_problem.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <utility>
+#include <variant>
+
+#include "dynamics/constraints/constraint_potential.h"
+#include "tetraction/core/parallel.h"
+#include "tetraction/fem/step_length.h"
+
+namespace tetraction {
+PotentialProblem::PotentialProblem(const MechanicalSystem& system)
+    : system_(system), volume_(system.mesh().total_volume()), viscous_(system.elastic()) {}
+
+void PotentialProblem::begin_at(const Vector& positions, double time,
+                                const std::optional<TimeSpan>& step) {
+  previous_ = positions;
+  base_ = previous_;
+  time_ = time;
+  span_ = step;
+  constraint_force_.resize(0);
+  constraint_potential_ = nullptr;
+  elastic_.known = false;
+  potentials_.clear();
+  dissipations_.clear();
+}
+
+void PotentialProblem::gather_potentials(double weight) {
+  const ForcePoint at = point(previous_);
+  full_.setZero(system_.dof_count());
+  for (const ForceTerm* term : system_.force_terms()) {
+    if (!term->has_potential()) continue;
+    const WeightedPotential potential{
+        term, term->account() == EnergyAccount::kConstraintWork ? 1.0 : weight};
+    if (!term->is_quadratic()) {
+      if (potentials_.empty()) start_gradient_.setZero(system_.dof_count());
+      potentials_.push_back(potential);
+      add_gradient(potential, at, start_gradient_);
+      continue;
+    }
+    add_gradient(potential, at, full_);
+    if (term->uniform_acceleration()) continue;
+    blocks_.reset(system_.vertex_count());
+    term->add_hessian(at, HessianForm::kExact, blocks_);
+    add_diagonal(potential.weight);
+  }
+  load_ -= full_;
+  if (!potentials_.empty()) load_ -= start_gradient_;
+}
+
+void PotentialProblem::gather_dissipations() {
+  velocity_.setZero(system_.dof_count());
+  for (const ForceTerm* term : system_.force_terms()) {
+    if (!term->has_dissipation()) continue;
+    if (!term->is_quadratic()) {
+      dissipations_.push_back(term);
+      continue;
+    }
+    blocks_.reset(system_.vertex_count());
+    term->add_dissipation_hessian(point(previous_), velocity_, HessianForm::kExact, blocks_);
+    add_diagonal(1.0 / step_);
+  }
+}
+
+// k += factor times the diagonal of blocks_.
+void PotentialProblem::add_diagonal(double factor) {
+  for (Index v = 0; v < system_.vertex_count(); ++v) {
+    vertex_block(coefficient_, v) += factor * Matrix3(blocks_.diagonal(v)).diagonal();
+  }
+}
+
+void PotentialProblem::add_gradient(const WeightedPotential& potential, const ForcePoint& at,
+                                    Vector& gradient) const {
+  if (potential.weight == 1.0) {
+    potential.term->add_gradient(at, gradient);
+    return;
+  }
+  weighted_gradient_.setZero(gradient.size());
+  potential.term->add_gradient(at, weighted_gradient_);
+  gradient += potential.weight * weighted_gradient_;
+}
+
+void PotentialProblem::measure_load() {
+  load_norm_ = force_scale_ = system_.restricted_norm(load_);
+}
+
+void PotentialProblem::set_constraint_force(const Vector& force) {
+  constraint_force_ = force;
+  make_remainder();
+}
+
+void PotentialProblem::set_constraint_potential(ConstraintPotential* potential) {
+  constraint_potential_ = potential;
+  if (potential != nullptr) potential->set_origin(origin_);
+}
+
+double PotentialProblem::length_scale() const {
+  return std::cbrt(volume_);
+}
+
+// Loads belong to the start of a step, as in MechanicalSystem::external_force().
+ForcePoint PotentialProblem::load_point(const Vector& x) const {
+  return system_.force_point(x, span_ ? span_->begin : time_, span_);
+}
+
+void PotentialProblem::add_load_deviation(const Vector& u, Vector& residual) const {
+  at_ = origin_ + u;
+  system_.external_force(load_point(at_), full_);
+  residual += load_weight_ * (constant_loads_ - full_);
+}
+
+void PotentialProblem::load_stiffness(const Vector& u, LoadStiffness& stiffness) const {
+  stiffness = LoadStiffness(load_weight_);
+  at_ = origin_ + u;
+  for (const ForceTerm* term : system_.force_terms()) {
+    if (!term->has_load() || !term->load_depends_on_position()) continue;
+    term->add_load_stiffness(load_point(at_), stiffness);
+  }
+}
+
+void PotentialProblem::take_loads(const Vector& u) {
+  at_ = origin_ + u;
+  system_.external_force(load_point(at_), full_);
+  load_ += load_weight_ * (full_ - constant_loads_);
+  constant_loads_ = full_;
+  make_remainder();
+}
+
+void PotentialProblem::set_origin(const Vector& positions) {
+  origin_ = positions;
+  elastic_.known = false;
+  make_remainder();
+}
+
+void PotentialProblem::move_origin(Vector& u) {
+  for (Index i = 0; i < u.size(); ++i) {
+    const double before = origin_[i];
+    const double after = before + u[i];
+    u[i] = (before - after) + u[i];
+    origin_[i] = after;
+  }
+  elastic_.known = false;
+  make_remainder();
+}
+
+void PotentialProblem::make_remainder() {
+  remainder_ = load_ - coefficient_.cwiseProduct(origin_ - previous_);
+  if (constraint_force_.size() > 0) remainder_ += constraint_force_;
+  if (constraint_potential_ != nullptr) constraint_potential_->set_origin(origin_);
+}
+
+double PotentialProblem::origin_value() const {
+  if (system_.part() != nullptr) return -0.5 * dot(origin_ - previous_, load_ + remainder_);
+  return -0.5 * (origin_ - previous_).dot(load_ + remainder_) -
+         (constraint_force_.size() > 0 ? 0.5 * (origin_ - previous_).dot(constraint_force_) : 0.0);
+}
+
+double PotentialProblem::dot(const Vector& a, const Vector& b) const {
+  if (system_.part() == nullptr) return a.dot(b);
+  const Index size = 3 * system_.owned_vertex_count();
+  return sum_over_parts(system_.part(), a.head(size).dot(b.head(size)));
+}
+
+double PotentialProblem::largest(const Vector& u) const {
+  return largest_of_parts(system_.part(), u.cwiseAbs().maxCoeff());
+}
+
+ForcePoint PotentialProblem::energy_point(const Vector& x) const {
+  const ForcePoint at = system_.energy_point(x, time_);
+  return {at.mass, at.position, at.time, span_};
+}
+
+const Vector& PotentialProblem::step_displacement(const Vector& u) const {
+  if (viscous_.factor() == 0.0) return u;
+  moved_ = (origin_ - previous_) + u;
+  return moved_;
+}
+
+EvaluationStatus PotentialProblem::move_terms(const Vector& u) const {
+  if (!has_general_terms()) return {};
+  at_ = origin_ + u;
+  if (!dissipations_.empty()) velocity_ = ((origin_ - previous_) + u) / step_;
+  for (const WeightedPotential& potential : potentials_) {
+    const Index vertex = potential.term->undefined_vertex(point(at_));
+    if (vertex >= 0) return {-1, vertex};
+  }
+  return {};
+}
+
+// Of the own vertices of a part.
+double PotentialProblem::term_energy(const Vector& u) const {
+  const ForcePoint start = energy_point(previous_);
+  const ForcePoint at = energy_point(at_);
+  double energy = 0.0;
+  for (const WeightedPotential& potential : potentials_) {
+    energy += potential.weight * potential.term->energy_change(start, at);
+  }
+  if (!potentials_.empty()) {
+    energy -= parallel_sum(system_.owned_vertex_count(), [&](Index begin, Index end) {
+      double sum = 0.0;
+      for (Index v = begin; v < end; ++v) {
+        sum += vertex_block(start_gradient_, v)
+                   .dot(vertex_block(std::as_const(at_), v) - vertex_block(previous_, v));
+      }
+      return sum;
+    });
+  }
+  for (const ForceTerm* term : dissipations_) {
+    energy += step_ * term->dissipation(energy_point(dissipation_point_), velocity_);
+  }
+  if (constraint_potential_ != nullptr) energy += constraint_potential_->value(u);
+  return energy;
+}
+
+void PotentialProblem::add_term_gradient(const Vector& u, Vector& gradient) const {
+  if (!potentials_.empty()) gradient -= start_gradient_;
+  for (const WeightedPotential& potential : potentials_) {
+    add_gradient(potential, point(at_), gradient);
+  }
+  for (const ForceTerm* term : dissipations_) {
+    term->add_dissipation_gradient(point(dissipation_point_), velocity_, gradient);
+  }
+  if (constraint_potential_ != nullptr) constraint_potential_->add_gradient(u, gradient);
+}
+
+bool PotentialProblem::vertex_residual(const Vector& u, Vector& residual) const {
+  if (!move_terms(u).ok()) return false;
+  residual = coefficient_.cwiseProduct(u) - remainder_;
+  if (!potentials_.empty()) residual -= start_gradient_;
+  for (const ForceTerm* term : dissipations_) {
+    term->add_dissipation_gradient(point(dissipation_point_), velocity_, residual);
+  }
+  return true;
+}
+
+void PotentialProblem::term_hessian(const Vector& u, HessianForm form,
+                                    HessianBlocks& hessian) const {
+  hessian.reset(system_.vertex_count());
+  if (!has_general_terms()) return;
+  at_ = origin_ + u;
+  if (!dissipations_.empty()) {
+    velocity_ = ((origin_ - previous_) + u) / step_;
+    for (const ForceTerm* term : dissipations_) {
+      term->add_dissipation_hessian(point(dissipation_point_), velocity_, form, hessian);
+    }
+    hessian.scale(1.0 / step_);
+  }
+  for (const auto& [term, weight] : potentials_) {
+    if (weight == 1.0) {
+      term->add_hessian(point(at_), form, hessian);
+      continue;
+    }
+    weighted_.reset(system_.vertex_count());
+    term->add_hessian(point(at_), form, weighted_);
+    hessian.add(weighted_, weight);
+  }
+  if (constraint_potential_ != nullptr) constraint_potential_->add_hessian(u, form, hessian);
+  if (!with_load_stiffness_ || form == HessianForm::kConvex) return;
+  load_stiffness(u, load_stiffness_);
+  load_stiffness_.add_symmetric_part(hessian);
+}
+
+double PotentialProblem::longest_step(const Vector& u, const Vector& d,
+                                      bool elements_are_safe) const {
+  constexpr double kShare = 0.9;
+  const double longest = std::min(1.0, kShare * longest_term_step(u, d));
+  if (elements_are_safe) return least_of_parts(system_.part(), longest);
+  at_ = origin_ + u;
+  return least_of_parts(
+      system_.part(), std::min(longest, admissible_step(system_.rest(), at_, d,
+                                                        [&](Index e) { return needs_volume(e); })));
+}
+
+bool PotentialProblem::needs_volume(Index e) const {
+  const ElasticPotential& elastic = system_.elastic();
+  return !std::holds_alternative<StVenantKirchhoff>(
+      elastic.materials()[static_cast<std::size_t>(elastic.material_index(e))].model());
+}
+
+double PotentialProblem::longest_term_step(const Vector& u, const Vector& d) const {
+  double longest = std::numeric_limits<double>::infinity();
+  if (potentials_.empty()) return longest;
+  at_ = origin_ + u;
+  for (const WeightedPotential& potential : potentials_) {
+    longest = std::min(longest, potential.term->longest_step(point(at_), d));
+  }
+  return longest;
+}
+
+bool PotentialProblem::is_defined(const Vector& u) const {
+  return everywhere(system_.part(),
+                    move_terms(u).ok() && system_.elastic().admissible(Positions(origin_, u)).ok());
+}
+
+EvaluationStatus PotentialProblem::value(const Vector& u, double& phi) const {
+  phi = 0.0;
+  const EvaluationStatus terms = move_terms(u);
+  if (!terms.ok()) return agree(terms, phi);
+  const EvaluationStatus status = system_.elastic_energy(Positions(origin_, u), phi);
+  if (!status.ok()) return agree(status, phi);
+  phi += parallel_sum(system_.owned_vertex_count(), [&](Index begin, Index end) {
+    double sum = 0.0;
+    for (Index v = begin; v < end; ++v) {
+      const Vector3 d = vertex_block(u, v);
+      sum +=
+          d.dot(0.5 * vertex_block(coefficient_, v).cwiseProduct(d) - vertex_block(remainder_, v));
+    }
+    return sum;
+  });
+  if (has_general_terms()) phi += term_energy(u);
+  viscous_.add_value(step_displacement(u), phi);
+  return agree(status, phi);
+}
+
+// Of a body in parts: the sum of Φ over the parts, and whether it is defined in all of them.
+EvaluationStatus PotentialProblem::agree(EvaluationStatus status, double& phi) const {
+  if (system_.part() == nullptr) return status;
+  std::array<double, 2> sums{status.ok() ? 0.0 : 1.0, status.ok() ? phi : 0.0};
+  system_.part()->sum(sums.data(), 2);
+  phi = sums[1];
+  if (sums[0] > 0.0 && status.ok()) status.failed_element = 0;  // of another part
+  return status;
+}
+
+bool PotentialProblem::is_elastic_known(const Vector& u) const {
+  return everywhere(system_.part(), elastic_.known && elastic_.u == u);
+}
+
+EvaluationStatus PotentialProblem::evaluate_elastic(const Vector& u) const {
+  if (is_elastic_known(u)) return {};
+  const EvaluationStatus status = system_.elastic_energy_and_gradient(
+      Positions(origin_, u), elastic_.energy, elastic_.gradient);
+  elastic_.known = status.ok();
+  if (status.ok()) elastic_.u = u;
+  return status;
+}
+
+EvaluationStatus PotentialProblem::elastic_energy(const Vector& u, double& energy) const {
+  if (!is_elastic_known(u)) {
+    return agree(system_.elastic_energy(Positions(origin_, u), energy), energy);
+  }
+  energy = sum_over_parts(system_.part(), elastic_.energy);
+  return {};
+}
+
+EvaluationStatus PotentialProblem::elastic_gradient(const Vector& u,
+                                                    const Vector*& gradient) const {
+  gradient = &elastic_.gradient;
+  return evaluate_elastic(u);
+}
+
+EvaluationStatus PotentialProblem::value_and_full_gradient(const Vector& u, double& phi,
+                                                           Vector& gradient) const {
+  phi = 0.0;
+  const EvaluationStatus terms = move_terms(u);
+  // Other parts wait for the gradient of this one.
+  if (!terms.ok() && system_.part() == nullptr) return terms;
+  EvaluationStatus status = evaluate_elastic(u);
+  if (!terms.ok()) status = terms;
+  if (!status.ok() && system_.part() == nullptr) return status;
+  if (!everywhere(system_.part(), status.ok())) {
+    elastic_.known = false;
+    return agree(status, phi);
+  }
+  phi = elastic_.energy;
+  gradient.resize(u.size());
+  const Index owned = system_.owned_vertex_count();
+  phi += parallel_sum(system_.vertex_count(), [&](Index begin, Index end) {
+    double sum = 0.0;
+    for (Index v = begin; v < end; ++v) {
+      const Vector3 d = vertex_block(u, v);
+      const Vector3 stiff = vertex_block(coefficient_, v).cwiseProduct(d);
+      const Vector3 rest = vertex_block(remainder_, v);
+      if (v < owned) sum += d.dot(0.5 * stiff - rest);
+      vertex_block(gradient, v) =
+          vertex_block(std::as_const(elastic_.gradient), v) + (stiff - rest);
+    }
+    return sum;
+  });
+  if (has_general_terms()) {
+    phi += term_energy(u);
+    add_term_gradient(u, gradient);
+  }
+  add_viscous(u, phi, gradient);
+  return agree(status, phi);
+}
+
+void PotentialProblem::add_viscous(const Vector& u, double& phi, Vector& gradient) const {
+  if (system_.part() == nullptr || viscous_.factor() == 0.0) {
+    viscous_.add_value_and_gradient(step_displacement(u), phi, gradient);
+    return;
+  }
+  Vector own = Vector::Zero(gradient.size());
+  viscous_.add_value_and_gradient(step_displacement(u), phi, own);
+  add_shared(system_.part(), own, 3);
+  gradient += own;
+}
+
+MinimizationProblem::HessianParts PotentialProblem::hessian_parts(const Vector& u) const {
+  return {system_.elastic(), system_.nodal_volume(), elastic_positions(u),
+          viscous_,          step_displacement(u),   coefficient_};
+}
+
+bool PotentialProblem::term_shares(const Vector& u, bool with_hessian, TermShares& shares) const {
+  if (!move_terms(u).ok()) return false;
+  shares.energy = term_energy(u);
+  shares.magnitude = 0.0;
+  for (const WeightedPotential& potential : potentials_) {
+    shares.magnitude += potential.weight * std::abs(potential.term->energy(point(at_)));
+  }
+  if (constraint_potential_ != nullptr) {
+    shares.magnitude += std::abs(constraint_potential_->value(u));
+  }
+  shares.gradient.setZero(system_.dof_count());
+  add_term_gradient(u, shares.gradient);
+  if (!with_hessian) return true;
+  term_hessian(u, HessianForm::kExact, shares.hessian);
+  shares.pairs_of_element.clear();
+  for (const HessianBlocks::Pair& pair : shares.hessian.pairs()) {
+    const Index element = element_of(pair.row, pair.column);
+    if (element >= 0) shares.pairs_of_element[element].push_back(pair);
+  }
+  return true;
+}
+
+// An element that has both vertices, or −1.
+Index PotentialProblem::element_of(Index i, Index j) const {
+  if (element_of_edge_.empty()) {
+    for (Index e = 0; e < system_.rest().element_count(); ++e) {
+      const ElementNodes nodes = system_.rest().nodes(e);
+      for (const Index a : nodes) {
+        for (const Index b : nodes) {
+          if (a < b) element_of_edge_.try_emplace({a, b}, e);
+        }
+      }
+    }
+  }
+  const auto found = element_of_edge_.find({std::min(i, j), std::max(i, j)});
+  return found == element_of_edge_.end() ? -1 : found->second;
+}
+
+bool PotentialProblem::element_terms(Index e, const Vector& u, const TermShares* terms,
+                                     bool with_hessian,
+                                     ElasticPotential::ElementTerms& result) const {
+  const Positions x = elastic_positions(u);
+  if (!system_.elastic().element_terms(e, x, with_hessian, result)) return false;
+  viscous_.add_element_terms(e, x, with_hessian, result);
+  const double mass = system_.element_mass(e);
+  if (terms != nullptr) result.energy += mass / system_.total_mass() * terms->energy;
+  const double room = length_scale();
+  const ElementNodes nodes = system_.rest().nodes(e);
+  for (int a = 0; a < static_cast<int>(nodes.size()); ++a) {
+    const Index v = nodes[static_cast<std::size_t>(a)];
+    const double fraction = mass * system_.rest().mass_fraction(a) / system_.mass()[v];
+    const Vector3 k = vertex_block(coefficient_, v);
+    for (Index i = 0; i < 3; ++i) {
+      const double r = remainder_[3 * v + i];
+      const double displacement = u[3 * v + i];
+      if (k[i] > 0.0) {
+        const double d = displacement - r / k[i];
+        result.energy += 0.5 * fraction * k[i] * d * d;
+        result.gradient(i, a) += fraction * k[i] * d;
+      } else {
+        result.energy += fraction * (std::abs(r) * room - r * displacement);
+        result.gradient(i, a) -= fraction * r;
+      }
+    }
+    if (with_hessian) result.hessian.diagonal().segment<3>(3 * a) += fraction * k;
+    if (terms == nullptr) continue;
+    result.gradient.col(a) += fraction * vertex_block(terms->gradient, v);
+    if (with_hessian) {
+      result.hessian.block<3, 3>(3 * a, 3 * a) += fraction * terms->hessian.diagonal(v);
+    }
+  }
+  if (terms == nullptr || !with_hessian) return true;
+  const auto pairs = terms->pairs_of_element.find(e);
+  if (pairs == terms->pairs_of_element.end()) return true;
+  const auto place = [&nodes](Index v) {
+    return 3 * (std::find(nodes.begin(), nodes.end(), v) - nodes.begin());
+  };
+  for (const HessianBlocks::Pair& pair : pairs->second) {
+    result.hessian.block<3, 3>(place(pair.row), place(pair.column)) += pair.block;
+    result.hessian.block<3, 3>(place(pair.column), place(pair.row)) += pair.block.transpose();
+  }
+  return true;
+}
+
+double PotentialProblem::square_value() const {
+  const double room = length_scale();
+  double sum = 0.0;
+  for (Index i = 0; i < remainder_.size(); ++i) {
+    const double r = remainder_[i];
+    const double k = coefficient_[i];
+    sum += k > 0.0 ? 0.5 * r * r / k : std::abs(r) * room;
+  }
+  return sum;
+}
+
+double PotentialProblem::round_off(const Vector& u) const {
+  ElasticPotential::StiffnessSums sums = system_.stiffness_sums(2.0 * viscous_.factor());
+  if (const MeshPart* part = system_.part(); part != nullptr) {
+    const Index size = 3 * system_.owned_vertex_count();
+    std::array<double, 3> own{sums.squared, sums.with_edges,
+                              coefficient_.head(size).cwiseProduct(u.head(size)).squaredNorm()};
+    part->sum(own.data(), 3);
+    return 0.5 * std::numeric_limits<double>::epsilon() *
+           (std::sqrt(own[2]) + load_norm_ + std::sqrt(own[0]) * largest(u) + std::sqrt(own[1]));
+  }
+  return 0.5 * std::numeric_limits<double>::epsilon() *
+         (coefficient_.cwiseProduct(u).norm() + load_norm_ +
+          std::sqrt(sums.squared) * u.cwiseAbs().maxCoeff() + std::sqrt(sums.with_edges));
+}
+
+}  // namespace tetraction

@@ -1,0 +1,357 @@
+// The energy-momentum step (Simo & Tarnow 1992; Gonzalez 2000).
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "dynamics/problems/energy_momentum_problem.h"
+#include "dynamics/problems/solve_to_round_off.h"
+#include "dynamics/terms/term_forces.h"
+#include "implicit_stepper.h"
+#include "turned_guess.h"
+
+namespace tetraction {
+namespace {
+
+// The share of the energies that the residual may add to them in a step before the equations are
+// solved further.
+constexpr double kEnergyShare = 1e-13;
+// The largest share with which a step is accepted.
+constexpr double kLargestEnergyShare = 1e-9;
+// Guesses besides those of FirstGuess.
+constexpr int kTurned = FirstGuess::kCount;
+constexpr int kMirrored = kTurned + 1;
+constexpr int kGuesses = kMirrored + 1;
+
+class EnergyMomentumStepper : public ImplicitStepper {
+ public:
+  EnergyMomentumStepper(const MechanicalSystem& system, std::shared_ptr<Minimizer> minimizer,
+                        std::shared_ptr<RootFinder> finder)
+      : EnergyMomentumStepper(std::make_unique<DiscreteGradientStep>(system), std::move(minimizer),
+                              std::move(finder)) {}
+
+  void reset() override {
+    ImplicitStepper::reset();
+    best_guess_ = -1;
+    floor_ = 0.0;
+  }
+
+ private:
+  EnergyMomentumStepper(std::unique_ptr<DiscreteGradientStep> step,
+                        std::shared_ptr<Minimizer> minimizer, std::shared_ptr<RootFinder> finder)
+      : ImplicitStepper(std::move(step), minimizer, finder, 0.5, ConstraintDirection::kMiddle),
+        step_(static_cast<DiscreteGradientStep&>(own_problem())),
+        equations_(step_),
+        finder_(std::move(finder)) {}
+
+  bool solve_step(const State& from, double end_time, StepOutcome& outcome) override {
+    from_ = &from;
+    if (system_.coordinates().count() == 0) {  // x is where everything is prescribed to be
+      step_.set_origin(step_.base());
+      solve_.u().setZero(system_.dof_count());
+      outcome.minimizer.termination = Termination::kConverged;
+      outcome.minimizer.message = "nothing to solve for: every vertex is held";
+      return hold_equations(from, outcome);
+    }
+    const Vector& force = solve_.constraint_force();
+    step_.set_constraint_force(force.size() > 0 ? system_.constraints().vertex_forces(force)
+                                                : Vector());
+    // The guess of the last step is good enough if its residual is as small as it was then. The others
+    // are looked at from time to time.
+    constexpr int kRest = 8;
+    constexpr double kGrowth = 1.5;
+    double residual = 0.0;
+    const bool usual = ++steps_with_guess_ < kRest && set_guess(from, best_guess_, residual) &&
+                       residual <= kGrowth * residual_of_guess_;
+    if (usual && solve_again(from, outcome)) {
+      residual_of_guess_ = residual;
+      return true;
+    }
+    steps_with_guess_ = 0;
+    struct Guess {
+      double residual;
+      int number;
+    };
+    std::vector<Guess> guesses;
+    for (int i = 0; i < kGuesses; ++i) {
+      if (!(usual && i == best_guess_) && set_guess(from, i, residual)) {
+        guesses.push_back({residual, i});
+      }
+    }
+    std::sort(guesses.begin(), guesses.end(),
+              [](const Guess& a, const Guess& b) { return a.residual < b.residual; });
+    constexpr std::size_t kMost = 3;
+    for (std::size_t k = 0; k < std::min(guesses.size(), kMost); ++k) {
+      best_guess_ = guesses[k].number;
+      if (set_guess(from, best_guess_, residual_of_guess_) && solve_again(from, outcome)) {
+        return true;
+      }
+    }
+    best_guess_ = -1;
+    // The last resort is the result of the midpoint rule.
+    const std::string message = outcome.message;
+    outcome.status = StepStatus::kOk;
+    outcome.message.clear();
+    step_.set_constraint_force({});
+    step_.take_hessian_at_middle();
+    if (find(from, end_time, outcome) && solve_again(from, outcome)) return true;
+    outcome.status = StepStatus::kNotConverged;
+    outcome.message = "the equations of the energy-momentum step have no solution near any guess" +
+                      (message.empty() ? std::string() : ": " + message);
+    return false;
+  }
+
+  // Where every vertex is held, constraints' equations need no forces, but they must be met.
+  bool hold_equations(const State& from, StepOutcome& outcome) {
+    constexpr double kAccepted = 1e-10;
+    const Constraints& constraints = system_.constraints();
+    if (!constraints.has_equations()) return true;
+    solve_.set_constraint_force(Vector::Zero(constraints.configuration_size()));
+    const Vector end = constraints.configuration(2.0 * step_.base() - from.position);
+    Index worst = 0;
+    if (constraints.values(end).cwiseAbs().maxCoeff(&worst) <= kAccepted) return true;
+    outcome.status = StepStatus::kNotConverged;
+    outcome.message = cannot_be_met(constraints, worst);
+    return false;
+  }
+
+  // Sets work_ to guess number i. Returns false if it is not possible.
+  bool propose(int i, const State& from) {
+    if (i < FirstGuess::kCount) return guess_.propose(i, step_, from, work_);
+    if (system_.constraints().empty()) {
+      step_.inertial_guess(work_);
+      const Vector3 move =
+          2.0 * (system_.center_of_mass(work_) - system_.center_of_mass(from.position));
+      guess_turned(system_, from, 2.0 * step_.step(), move,
+                   i == kMirrored ? GuessedStrain::kMirrored : GuessedStrain::kKept, work_);
+      return true;
+    }
+    if (i != kMirrored) return false;
+    // The middle between two shapes with mirrored strains is the shape at rest.
+    work_ = system_.mesh().rest_positions() - step_.base();
+    system_.coordinates().project_velocity(system_.mass(), work_);
+    work_ += step_.base();
+    return true;
+  }
+
+  // Moves the origin to guess number i. Returns false if it is not possible or r is not defined there.
+  bool set_guess(const State& from, int i, double& residual) {
+    if (i < 0 || !propose(i, from)) return false;
+    step_.set_origin(work_);
+    solve_.u().setZero(system_.dof_count());
+    if (!equations_.residual(solve_.u(), trial_residual_).ok()) return false;
+    residual = system_.coordinates().restricted_norm(trial_residual_);
+    return std::isfinite(residual);
+  }
+
+  bool solve_again(const State& from, StepOutcome& outcome) override {
+    outcome.status = StepStatus::kOk;
+    outcome.message.clear();
+    if (!system_.constraints().has_equations()) return solve(outcome);
+    return solve_.solve_with_multipliers(
+        from.position, outcome, [&] { return solve(outcome); },
+        [&] { step_.linearize(solve_.u()); });
+  }
+
+  // Solves the equations with the forces of constraints that the problem has.
+  bool solve(StepOutcome& outcome) {
+    step_.set_with_load_stiffness(system_.has_load_of_position());
+    const MinimizerReport report = solve_to_round_off(step_, solve_.u(), outcome.minimizer, [&] {
+      return finder_->find_root(equations_, solve_.u());
+    });
+    if (!report.converged()) {
+      outcome.status = StepStatus::kNotConverged;
+      outcome.message = report.message;
+      return false;
+    }
+    const bool is_exact = step_.roughness() > 1.0 || polish(outcome);
+    if (system_.has_load_of_position()) step_.take_loads(solve_.u());
+    return is_exact;
+  }
+
+  // Solves further until the energy that the residual adds to the body is round-off, or until the
+  // residual is. Fails if the energy is above what a step may add.
+  bool polish(StepOutcome& outcome) {
+    constexpr int kRounds = 3;
+    constexpr double kFloorMargin = 2.0;
+    double share = energy_share_of_residual();
+    for (int i = 0; i < kRounds && std::max(share, angular_share_) > kEnergyShare; ++i) {
+      const MinimizerReport reached = outcome.minimizer;
+      const double round_off = step_.round_off(solve_.u());
+      if (!(reached.asked_limit > 0.0) || reached.limited_by_round_off()) break;
+      if (reached.residual <= std::max(1.0, floor_) * round_off) break;
+      const Vector u = solve_.u();
+      equations_.set_accuracy(0.3 * reached.residual / reached.asked_limit *
+                              std::min(1.0, kEnergyShare / std::max(share, angular_share_)));
+      const MinimizerReport report = finder_->find_root(equations_, solve_.u());
+      equations_.set_accuracy(1.0);
+      MinimizerReport& all = outcome.minimizer;
+      add_call(report, all);
+      all.termination = Termination::kConverged;
+      all.residual_limit = reached.residual_limit;
+      all.asked_limit = reached.asked_limit;
+      all.message = reached.message;
+      // What is left is round-off.
+      const bool is_at_floor = report.termination == Termination::kNoProgress &&
+                               report.residual <= kRoundOffMargin * round_off;
+      if (is_at_floor)
+        floor_ = std::min(kFloorMargin * report.residual / round_off, kRoundOffMargin);
+      if (!(report.residual < reached.residual)) {
+        solve_.u() = u;
+        all.residual = reached.residual;
+        break;
+      }
+      share = energy_share_of_residual();
+      if (report.termination == Termination::kNoProgress) break;
+    }
+    // Near rest the energies themselves are so small that round-off is a share of them. Such a step is
+    // as exact as it can be, and its residual is counted as limited by round-off.
+    const bool is_round_off =
+        outcome.minimizer.residual <= kRoundOffMargin * step_.round_off(solve_.u());
+    if (share <= kLargestEnergyShare || is_round_off) return true;
+    outcome.status = StepStatus::kNotConverged;
+    outcome.message = fmt::format(
+        "the equations cannot be solved exactly enough: the step would add {:.1g} of its energy",
+        share);
+    return false;
+  }
+
+  // With p_{k+1} from the forces, the residual adds 2s (Mv − p_k)·M⁻¹r to the energy. The result is
+  // relative to the energies of the step.
+  double energy_share_of_residual() {
+    const Vector& u = solve_.u();
+    if (!equations_.residual(u, trial_residual_).ok()) return 0.0;
+    const FreeCoordinates& free = system_.coordinates();
+    free.project_momentum(system_.mass(), trial_residual_);
+    step_.positions(u, work_);
+    const Vector velocity = (work_ - from_->position) / step_.step();
+    double added = 0.0;
+    double scale = 0.0;
+    Vector3 moment = Vector3::Zero();
+    double moment_scale = 0.0;
+    for (Index v = 0; v < system_.vertex_count(); ++v) {
+      const Vector3 each = vertex_block(velocity, v);
+      const Vector3 before = vertex_block(from_->momentum, v) / system_.mass()[v];
+      added += 2.0 * step_.step() * (each - before).dot(vertex_block(trial_residual_, v));
+      scale += system_.mass()[v] * (each.squaredNorm() + before.squaredNorm());
+      const Vector3 impulse = 2.0 * step_.step() * vertex_block(trial_residual_, v);
+      moment += step_.step() * each.cross(impulse);
+      moment_scale += system_.mass()[v] * Vector3(vertex_block(work_, v)).cross(each).norm();
+    }
+    // Only without constraints the angular momentum is to stay as it is.
+    const bool is_free = system_.constraints().empty() && moment_scale > 0.0;
+    angular_share_ = is_free ? moment.norm() / moment_scale : 0.0;
+    double elastic = 0.0;
+    if (std::abs(added) > kEnergyShare * scale) {
+      work_ = 2.0 * work_ - from_->position;
+      if (system_.elastic_energy(work_, elastic).ok()) scale += std::abs(elastic);
+    }
+    return scale > 0.0 ? std::abs(added) / scale : 0.0;
+  }
+
+  void set_end_position(const State& from, State& to, double h) override {
+    to.position = from.position + h * to.velocity;
+  }
+
+  bool gather_forces(const State& from, const State& to, double /*h*/,
+                     StepOutcome& outcome) override {
+    const ForcePoint start = system_.force_point(from.position, from.time);
+    const ForcePoint end = system_.force_point(to.position, to.time);
+    constraining_ = gather_discrete_forces(system_, start, end, load_, outer_, spring_force_);
+    if (system_.is_dissipative()) add_damping(from, to.velocity, outer_);
+    step_.set_rate_estimate(solve_.u());
+    const Vector* gradient = nullptr;
+    if (const EvaluationStatus status = step_.internal_gradient(solve_.u(), gradient);
+        !status.ok()) {
+      outcome.status = StepStatus::kInverted;
+      outcome.element = status.failed_element;
+      return false;
+    }
+    force_ = outer_ - *gradient;
+    return true;
+  }
+
+  // The forces of constraints' equations act in the whole step, at x. So the momenta are
+  // p_{k+1} = p_k + h (forces), and their mean is M v. Prescribed vertices get the velocity of their
+  // motion in the step by an impulse at its beginning, and their own velocity at its end by another one.
+  void set_end_momentum(const State& from, State& to, const Vector& start, double h,
+                        StepOutcome& outcome) override {
+    to.momentum = from.momentum + h * force_;
+    work_of_impulses_ = 0.0;
+    const Constraints& constraints = system_.constraints();
+    if (constraints.empty()) return;
+    const FreeCoordinates& free = constraints.coordinates();
+    const Vector& mass = system_.mass();
+    Vector& eliminated = carried_;  // M v in eliminated directions
+    work_ = carried_;
+    free.project_momentum(mass, work_);
+    eliminated -= work_;
+    Vector first = from.momentum;
+    free.project_momentum(mass, first);
+    const Vector eliminated_before = from.momentum - first;
+    first += eliminated;
+    work_ = first - from.momentum;
+    add_reaction(from.position, h, work_, outcome);
+
+    // At vertices without constraints the difference below is zero without round-off.
+    const Vector unconstrained = to.momentum;
+    to.momentum += 2.0 * (start - from.momentum);
+    free.project_momentum(mass, to.momentum);
+    const Vector moving = to.momentum;
+    to.momentum += eliminated;
+    work_ = to.momentum - first - (unconstrained - from.momentum);
+    add_reaction(x_, 0.5 * h, work_, outcome);
+    if (constraints.has_equations()) reactions_.configuration_force = constraint_force_;
+
+    work_ = to.momentum;
+    constraints.prescribe_momentum(to.time, to.momentum);
+    work_ = to.momentum - work_;
+    add_reaction(to.position, 0.0, work_, outcome);
+    if (!constraints.moving()) return;
+    const Vector eliminated_after = to.momentum - moving;
+    for (Index v = 0; v < system_.vertex_count(); ++v) {
+      const Vector3 change = vertex_block(eliminated_after, v) - vertex_block(eliminated_before, v);
+      const Vector3 mean =
+          0.5 * (vertex_block(eliminated_after, v) + vertex_block(eliminated_before, v));
+      work_of_impulses_ += change.dot(mean - vertex_block(eliminated, v)) / mass[v];
+    }
+  }
+
+  // An impulse does its work with the mean of the velocities before and after it.
+  double work_of_constraints(const State& from, const State& to) override {
+    return constraint_work(from, to) + work_of_impulses_;
+  }
+
+  Vector3 residual_arm(const State& from, Index v) const override {
+    return vertex_block(x_, v) - vertex_block(from.position, v);
+  }
+
+  DiscreteGradientStep& step_;
+  EnergyMomentumProblem equations_;
+  std::shared_ptr<RootFinder> finder_;
+  const State* from_ = nullptr;  // of the step in progress
+  double work_of_impulses_ = 0.0;
+  double angular_share_ = 0.0;  // that the residual adds to the angular momentum of a free body
+  int best_guess_ = -1;         // of the last step
+  double residual_of_guess_ = 0.0;
+  double floor_ = 0.0;  // residuals from which polish() could get no further, relative to round-off
+  int steps_with_guess_ = 0;  // since all were compared
+  Vector trial_residual_;
+};
+
+}  // namespace
+
+std::unique_ptr<Stepper> make_energy_momentum_stepper(const MechanicalSystem& system,
+                                                      std::shared_ptr<Minimizer> minimizer,
+                                                      std::shared_ptr<RootFinder> root_finder) {
+  return std::make_unique<EnergyMomentumStepper>(system, std::move(minimizer),
+                                                 std::move(root_finder));
+}
+
+}  // namespace tetraction

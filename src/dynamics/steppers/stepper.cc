@@ -1,0 +1,94 @@
+#include "tetraction/dynamics/steppers/stepper.h"
+
+#include <Eigen/Geometry>
+
+namespace tetraction {
+
+Stepper::Stepper(const MechanicalSystem& system)
+    : system_(system), reactions_(Reactions::zero(system.dof_count())) {}
+
+StepOutcome Stepper::step_to(State& state, double h, double end_time) {
+  StepOutcome outcome = advance(state, result_, h, end_time);
+  if (outcome.ok()) state = result_;
+  return outcome;
+}
+
+void Stepper::gather_loads(const State& from, double h, double alpha, Vector& load) {
+  if (alpha == 0.0 || !system_.has_load_of_position()) {
+    system_.external_force(from.position, from.time, h, load);
+    return;
+  }
+  system_.velocity_of(from.momentum, predicted_);
+  predicted_ = from.position + alpha * h * predicted_;
+  system_.external_force(predicted_, from.time, h, load);
+}
+
+void Stepper::add_impulse(const Vector& x, const Vector& force, double dt,
+                          StepOutcome& outcome) const {
+  for (Index v = 0; v < system_.owned_vertex_count(); ++v) {
+    const Vector3 impulse = dt * vertex_block(force, v);
+    outcome.linear_impulse += impulse;
+    outcome.angular_impulse += vertex_block(x, v).cross(impulse);
+  }
+}
+
+void Stepper::add_reaction(const Vector& x, double delay, const Vector& impulse,
+                           StepOutcome& outcome) {
+  reactions_.force += impulse;
+  if (delay != 0.0) reactions_.delay += delay * impulse;
+  add_impulse(x, impulse, 1.0, outcome);
+}
+
+double Stepper::constraint_work(const State& from, const State& to) const {
+  const Constraints& constraints = system_.constraints();
+  double work = 0.0;
+  if (constraints.moving()) {
+    // A reaction is the force of the support plus the forces of distances at the vertex. The work
+    // of a distance at its two ends adds up to zero, so that only the work of the support counts.
+    Vector passed_on;
+    if (reactions_.configuration_force.size() > 0) {
+      passed_on = constraints.vertex_forces(reactions_.configuration_force);
+    }
+    constraints.for_each_prescribed_way(from.position, to.time, [&](Index v, const Vector3& way) {
+      if (v >= system_.owned_vertex_count()) return;
+      work += vertex_block(reactions_.force, v).dot(way);
+      if (passed_on.size() > 0) work -= vertex_block(passed_on, v).dot(way);
+    });
+  }
+  // For terms that stand for constraints the work of their dependence on the time counts, less the
+  // change of their stored energy.
+  const ForcePoint start = system_.energy_point(from.position, from.time);
+  const ForcePoint end = system_.energy_point(to.position, to.time);
+  for (const ForceTerm* term : system_.force_terms()) {
+    if (!term->has_potential() || term->account() != EnergyAccount::kConstraintWork) continue;
+    work += term->energy(start) - term->energy(end);
+    work += term->driven_work(start, end);
+  }
+  return work;
+}
+
+double Stepper::driven_work(const State& from, const State& to) const {
+  const ForcePoint start = system_.energy_point(from.position, from.time);
+  const ForcePoint end = system_.energy_point(to.position, to.time);
+  double work = 0.0;
+  for (const ForceTerm* term : system_.force_terms()) {
+    if (!term->has_potential()) continue;
+    const EnergyAccount account = term->account();
+    if (account != EnergyAccount::kStored && account != EnergyAccount::kExternalWork) continue;
+    work += term->driven_work(start, end);
+    if (account == EnergyAccount::kExternalWork) work -= term->energy_change(start, end);
+  }
+  return work;
+}
+
+StepOutcome& Stepper::undefined(StepOutcome& outcome, const ForceTerm& term, Index vertex) const {
+  outcome.status = StepStatus::kUndefined;
+  const std::string potential = "the potential of the force term \"" + term.name() + "\" is not ";
+  outcome.message = vertex < 0 ? potential + "finite"
+                               : potential + "defined at vertex " +
+                                     std::to_string(system_.mesh().vertex_id(vertex)) +
+                                     ", where the step led it";
+  return outcome;
+}
+
+}  // namespace tetraction

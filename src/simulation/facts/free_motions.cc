@@ -1,0 +1,436 @@
+#include "free_motions.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/decompositions.h"
+#include "fem/connected_parts.h"
+#include "fem/jointed_pieces.h"
+#include "simulation/session/load_stepping.h"
+#include "tetraction/core/error.h"
+#include "tetraction/simulation/equilibrium.h"
+
+namespace tetraction {
+namespace {
+
+using Matrix6 = Eigen::Matrix<double, 6, 6>;
+using Modes = Eigen::Matrix<double, 6, Eigen::Dynamic>;
+
+// An eigenvalue of the restraint below this share of the largest is zero.
+constexpr double kFree = 1e-13;
+
+// The gradients and the Hessian of all potentials, and what loads that depend on positions add to both. A
+// uniform field restrains nothing.
+struct Potentials {
+  Vector gradient;
+  HessianBlocks hessian;
+  LoadStiffness loads;
+  bool any = false;
+};
+
+// `with_loads`: with the potentials of loads, and with loads that depend on positions.
+Potentials potentials_of(const MechanicalSystem& system, const Vector& x, double time,
+                         bool with_loads) {
+  Potentials result;
+  result.gradient = Vector::Zero(system.dof_count());
+  result.hessian.reset(system.vertex_count());
+  const ForcePoint at = system.force_point(x, time);
+  for (const ForceTerm* term : system.force_terms()) {
+    if (!term->has_potential() || term->uniform_acceleration()) continue;
+    if (!with_loads && term->account() == EnergyAccount::kExternalWork) continue;
+    result.any = true;
+    term->add_gradient(at, result.gradient);
+    term->add_hessian(at, HessianForm::kExact, result.hessian);
+  }
+  if (!with_loads) return result;
+  for (const ForceTerm* term : system.force_terms()) {
+    if (!term->has_load() || !term->load_depends_on_position()) continue;
+    Vector load = Vector::Zero(system.dof_count());
+    term->add_load(at, load);
+    result.gradient -= load;
+    term->add_load_stiffness(at, result.loads);
+  }
+  return result;
+}
+
+// Σ |H v − ω × ∇U|² over the vertices of a part, relative to the size of its terms, for motions with the
+// velocities v (columns) and angular velocities ω. If a rigid motion does not change a potential, it only
+// turns its force: then H v = ω × ∇U. What a vertex cannot do does not count.
+Matrix restraint_of(const MechanicalSystem& system, const Potentials& potentials,
+                    const std::vector<Index>& vertices, double size, const Matrix& fields,
+                    const Matrix& spins) {
+  Matrix changes = Matrix::Zero(fields.rows(), fields.cols());
+  for (Index mode = 0; mode < fields.cols(); ++mode) {
+    Vector change = Vector::Zero(fields.rows());
+    const Vector motion = fields.col(mode);
+    potentials.hessian.add_product(motion, change);
+    potentials.loads.add_product(motion, change);
+    for (const Index v : vertices) {
+      const Vector3 spin = spins.col(mode).segment<3>(3 * v);
+      vertex_block(change, v) -= spin.cross(vertex_block(potentials.gradient, v));
+      if (system.coordinates().is_free(v) || system.coordinates().set_of(v) >= 0) continue;
+      const auto columns = system.coordinates().map(v).columns;
+      vertex_block(change, v) = columns * (columns.transpose() * vertex_block(change, v)).eval();
+    }
+    changes.col(mode) = change;
+  }
+  double scale = 0.0;
+  for (const Index v : vertices) {
+    scale += potentials.hessian.diagonal(v).squaredNorm() +
+             vertex_block(potentials.gradient, v).squaredNorm() / (size * size);
+  }
+  // The vertices are sorted.
+  const auto is_own = [&](Index v) {
+    return std::binary_search(vertices.begin(), vertices.end(), v);
+  };
+  for (const HessianBlocks::Pair& pair : potentials.hessian.pairs()) {
+    if (is_own(pair.row)) scale += 2.0 * pair.block.squaredNorm();
+  }
+  for (const LoadStiffness::Block& block : potentials.loads.blocks()) {
+    if (is_own(block.row)) scale += block.block.squaredNorm();
+  }
+  return scale > 0.0 ? Matrix(changes.transpose() * changes / scale)
+                     : Matrix(Matrix::Zero(fields.cols(), fields.cols()));
+}
+
+// One part of the body with its six rigid motions: translations along the axes, and rotations about
+// the axes through its centre by an angle that moves its farthest vertex by about one metre.
+class Part {
+ public:
+  Part(const MechanicalSystem& system, const std::vector<Index>& vertices, const Vector& x)
+      : system_(system), vertices_(vertices), x_(x) {
+    for (const Index v : vertices) center_ += vertex_block(x, v) / double(vertices.size());
+    for (const Index v : vertices) size_ = std::max(size_, (vertex_block(x, v) - center_).norm());
+  }
+
+  // The motions that nothing restrains, as columns.
+  Modes free_modes(const Potentials& potentials) const {
+    Matrix6 restraint = normalized(constraint_restraint());
+    if (potentials.any) restraint += potential_restraint(potentials);
+    const SymmetricEigen eigen = symmetric_eigen(Matrix(restraint));
+    // What restrains a motion at all is about 1.
+    const double limit = kFree * std::max(1.0, eigen.values[5]);
+    Index count = 0;
+    while (count < 6 && eigen.values[count] <= limit) ++count;
+    return eigen.vectors.leftCols(count);
+  }
+
+  std::vector<std::string> names_of(const Modes& modes) const;
+  const Vector3& center() const { return center_; }
+  double size() const { return size_; }
+
+ private:
+  Vector3 velocity(Index v, int mode) const {
+    if (mode < 3) return Vector3::Unit(mode);
+    return Vector3::Unit(mode - 3).cross(vertex_block(x_, v) - center_) / size_;
+  }
+  Vector3 spin(int mode) const {
+    return mode < 3 ? Vector3(Vector3::Zero()) : Vector3(Vector3::Unit(mode - 3) / size_);
+  }
+  Vector field(int mode) const {
+    Vector u = Vector::Zero(system_.dof_count());
+    for (const Index v : vertices_) vertex_block(u, v) = velocity(v, mode);
+    return u;
+  }
+  static Matrix6 normalized(const Matrix6& a) {
+    const double largest = a.diagonal().maxCoeff();
+    return largest > 0.0 ? Matrix6(a / largest) : a;
+  }
+
+  // |R − the part of it that the constraints allow|².
+  Matrix6 constraint_restraint() const {
+    Matrix lacks(system_.dof_count(), 6);
+    for (int mode = 0; mode < 6; ++mode) {
+      const Vector u = field(mode);
+      Vector allowed = u;
+      system_.coordinates().project_velocity(system_.mass(), allowed);
+      lacks.col(mode) = u - allowed;
+    }
+    Matrix6 sum = lacks.transpose() * lacks;
+    // The projection has round-off of its own.
+    if (sum.diagonal().maxCoeff() < 1e-24 * static_cast<double>(vertices_.size())) sum.setZero();
+    return sum;
+  }
+
+  Matrix6 potential_restraint(const Potentials& potentials) const {
+    Matrix fields(system_.dof_count(), 6);
+    Matrix spins = Matrix::Zero(system_.dof_count(), 6);
+    for (int mode = 0; mode < 6; ++mode) {
+      fields.col(mode) = field(mode);
+      for (const Index v : vertices_) spins.col(mode).segment<3>(3 * v) = spin(mode);
+    }
+    return restraint_of(system_, potentials, vertices_, size_, fields, spins);
+  }
+
+  const MechanicalSystem& system_;
+  const std::vector<Index>& vertices_;
+  const Vector& x_;
+  Vector3 center_ = Vector3::Zero();
+  double size_ = 0.0;
+};
+
+// Numbers that are round-off are written as zero.
+std::string list_of(const Vector3& x, double size) {
+  std::array<double, 3> c{};
+  for (std::size_t i = 0; i < 3; ++i) {
+    const double value = x[static_cast<Index>(i)];
+    c[i] = std::abs(value) < 1e-9 * size ? 0.0 : value;
+  }
+  return fmt::format("({:.4g}, {:.4g}, {:.4g})", c[0], c[1], c[2]);
+}
+
+// Directions are the same if their difference is smaller than this.
+constexpr double kSame = 1e-6;
+
+// An orthonormal basis of the column space.
+Matrix orthonormal_basis(const Matrix& vectors) {
+  const SymmetricEigen eigen = symmetric_eigen(Matrix(vectors * vectors.transpose()));
+  Index rank = 0;
+  while (rank < vectors.rows() && eigen.values[vectors.rows() - 1 - rank] > kSame * kSame) ++rank;
+  return eigen.vectors.rightCols(rank);
+}
+
+// An orthonormal basis of the column space that consists of coordinate axes where possible.
+std::vector<Vector3> plain_basis(const Matrix& vectors) {
+  std::vector<Vector3> basis;
+  const Matrix space = orthonormal_basis(vectors);
+  Matrix left = space;
+  for (int axis = 0; axis < 3; ++axis) {
+    const Vector3 e = Vector3::Unit(axis);
+    if ((e - space * (space.transpose() * e)).norm() > kSame) continue;
+    basis.push_back(e);
+    left -= e * (e.transpose() * left);
+  }
+  const Matrix others = orthonormal_basis(left);
+  for (Index i = 0; i < others.cols(); ++i) {
+    const Vector3 direction = others.col(i);
+    Index largest = 0;
+    direction.cwiseAbs().maxCoeff(&largest);
+    basis.emplace_back(direction[largest] < 0.0 ? Vector3(-direction) : direction);
+  }
+  return basis;
+}
+
+std::string direction_name(const Vector3& direction) {
+  for (int axis = 0; axis < 3; ++axis) {
+    if (direction == Vector3::Unit(axis)) return std::string(1, "xyz"[axis]);
+  }
+  return list_of(direction, 1.0);
+}
+
+std::vector<std::string> Part::names_of(const Modes& modes) const {
+  std::vector<std::string> names;
+  const Matrix moves = modes.topRows<3>();
+  const Matrix spins = modes.bottomRows<3>();
+  // Combinations of the motions without rotation.
+  const SymmetricEigen eigen = symmetric_eigen(Matrix(spins.transpose() * spins));
+  Index count = 0;
+  while (count < modes.cols() && eigen.values[count] < kSame * kSame) ++count;
+  const std::vector<Vector3> ways = plain_basis(moves * eigen.vectors.leftCols(count));
+  names.reserve(ways.size());
+  for (const Vector3& way : ways) names.push_back("move along " + direction_name(way));
+  for (const Vector3& axis : plain_basis(spins)) {
+    // The combination that rotates about this axis, and the velocity of the centre in it without
+    // what the free translations can change.
+    Vector combination = Vector::Zero(modes.cols());
+    for (Index i = count; i < modes.cols(); ++i) {
+      const Vector c = eigen.vectors.col(i);
+      combination += (spins * c).dot(axis) / eigen.values[i] * c;
+    }
+    Vector3 drift = size_ * (moves * combination);
+    for (const Vector3& way : ways) drift -= way.dot(drift) * way;
+    names.push_back(ways.size() == 3 ? "rotate about " + direction_name(axis)
+                                     : fmt::format("rotate about the line through {} along {}",
+                                                   list_of(center_ + axis.cross(drift), size_),
+                                                   direction_name(axis)));
+  }
+  return names;
+}
+
+// Where joints are, for messages.
+std::string place_of(const std::vector<Index>& joints, const MechanicalSystem& system,
+                     const Vector& x, double size) {
+  constexpr std::size_t kMost = 4;
+  constexpr double kOnLine = 1e-6;
+  std::string text = joints.size() == 1 ? "vertex " : "the vertices ";
+  for (std::size_t i = 0; i < std::min(joints.size(), kMost); ++i) {
+    text += fmt::format("{}{}", i == 0 ? "" : ", ", system.mesh().vertex_id(joints[i]));
+  }
+  if (joints.size() > kMost) text += fmt::format(" and {} more", joints.size() - kMost);
+  if (joints.size() < 2) return text;
+  const Vector3 first = vertex_block(x, joints.front());
+  Vector3 longest = Vector3::Zero();
+  for (const Index v : joints) {
+    const Vector3 r = vertex_block(x, v) - first;
+    if (r.norm() > longest.norm()) longest = r;
+  }
+  const Vector3 direction = longest.normalized();
+  for (const Index v : joints) {
+    const Vector3 r = vertex_block(x, v) - first;
+    if (r.cross(direction).norm() > kOnLine * size) return text;
+  }
+  return fmt::format("{} on the line through {} along {}", text, list_of(first, size),
+                     direction_name(plain_basis(direction).front()));
+}
+
+// The motions of a part that consists of several pieces.
+struct PieceMotions {
+  Modes whole = Modes(6, 0);
+  Mechanism mechanism;
+};
+
+PieceMotions motions_of_pieces(const MechanicalSystem& system, const Part& part,
+                               const std::vector<Index>& vertices, std::vector<MeshPiece> pieces,
+                               const Vector& x, double time) {
+  std::vector<AffineSet> sets;
+  for (const AffineSet& set : system.coordinates().sets()) {
+    if (std::binary_search(vertices.begin(), vertices.end(), set.vertices.front())) {
+      sets.push_back(set);
+    }
+  }
+  PieceMotions result;
+  Mechanism& mechanism = result.mechanism;
+  mechanism.vertex = vertices.front();
+  mechanism.pieces = pieces.size();
+  const JointedPieces jointed(std::move(pieces), sets, x);
+  const Matrix all = jointed.motions();
+  mechanism.motions = all.cols() - 6;
+  if (mechanism.motions == 0) return result;
+  const Matrix whole = jointed.whole(part.center(), part.size());
+  mechanism.joints = jointed.moving_joints(divide_motions(all, whole).mechanism);
+  Matrix free = jointed.motions(system.coordinates());
+  const Potentials potentials = potentials_of(system, x, time, false);
+  if (free.cols() > 0 && potentials.any) {
+    Matrix fields(x.size(), free.cols());
+    Matrix spins(x.size(), free.cols());
+    for (Index j = 0; j < free.cols(); ++j) {
+      fields.col(j) = jointed.field(free.col(j));
+      spins.col(j) = jointed.spins(free.col(j));
+    }
+    const SymmetricEigen eigen =
+        symmetric_eigen(restraint_of(system, potentials, vertices, part.size(), fields, spins));
+    Index count = 0;
+    while (count < free.cols() && eigen.values[count] <= kFree) ++count;
+    free = (free * eigen.vectors.leftCols(count)).eval();
+  }
+  if (free.cols() > 0) {
+    DividedMotions divided = divide_motions(free, whole);
+    result.whole = divided.whole;
+    mechanism.free_motions = divided.mechanism.cols();
+    if (mechanism.free_motions > 0) {
+      mechanism.joints = jointed.moving_joints(divided.mechanism);
+    }
+  }
+  mechanism.place = place_of(mechanism.joints, system, x, part.size());
+  return result;
+}
+
+std::string list_text(const std::vector<std::string>& items) {
+  std::string text;
+  for (std::size_t i = 0; i < items.size(); ++i) {
+    if (i > 0) text += i + 1 < items.size() ? ", " : " and ";
+    text += items[i];
+  }
+  return text;
+}
+
+}  // namespace
+
+FreeMotions find_free_motions(const MechanicalSystem& system, double time) {
+  constexpr std::size_t kMostParts = 1000;
+  const Vector x = system.mesh().rest_positions();
+  const std::vector<std::vector<Index>> parts =
+      connected_parts(system.rest(), system.coordinates().sets());
+  std::vector<std::vector<MeshPiece>> pieces = pieces_of_parts(system.mesh(), parts);
+  FreeMotions result;
+  result.parts = parts.size();
+  for (const auto& of_part : pieces) result.pieces += of_part.size();
+  if (parts.size() > kMostParts) {
+    result.is_complete = false;
+    return result;
+  }
+  const Potentials potentials = potentials_of(system, x, time, true);
+  for (std::size_t k = 0; k < parts.size(); ++k) {
+    const Part part(system, parts[k], x);
+    std::optional<Modes> modes;
+    if (pieces[k].size() > JointedPieces::kMost) {
+      result.is_complete = false;
+    } else if (pieces[k].size() > 1) {
+      PieceMotions motions =
+          motions_of_pieces(system, part, parts[k], std::move(pieces[k]), x, time);
+      if (motions.mechanism.motions > 0) {
+        modes = std::move(motions.whole);
+        result.mechanisms.push_back(std::move(motions.mechanism));
+      }
+    }
+    if (!modes) modes = part.free_modes(potentials);
+    if (modes->cols() == 0) continue;
+    for (std::string& name : part.names_of(*modes)) {
+      if (parts.size() > 1) {
+        name += fmt::format(" (the part with vertex {})", system.mesh().vertex_id(parts[k][0]));
+      }
+      result.whole.push_back(std::move(name));
+    }
+  }
+  return result;
+}
+
+std::string mechanism_text(const Mechanism& mechanism) {
+  return fmt::format("turn in itself as a mechanism, because pieces of it touch only in {}",
+                     mechanism.place);
+}
+
+std::string mechanism_warning(const FreeMotions& motions) {
+  std::vector<std::string> texts;
+  for (const Mechanism& mechanism : motions.mechanisms) {
+    if (mechanism.free_motions > 0) texts.push_back(mechanism_text(mechanism));
+  }
+  if (texts.empty()) return {};
+  return fmt::format(
+      "the body is a mechanism: without any strain it can {}. Tetrahedra that are to hold together "
+      "must share a face. Join the pieces by faces in the mesh, or fix each of them.",
+      list_text(texts));
+}
+
+namespace {
+
+std::vector<std::string> texts_of(const FreeMotions& motions) {
+  std::vector<std::string> texts = motions.whole;
+  for (const Mechanism& mechanism : motions.mechanisms) {
+    if (mechanism.free_motions > 0) texts.push_back(mechanism_text(mechanism));
+  }
+  return texts;
+}
+
+}  // namespace
+
+std::vector<std::string> free_motions(const MechanicalSystem& system, double time) {
+  return texts_of(find_free_motions(system, time));
+}
+
+void refuse_free_motions(const MechanicalSystem& system, double time) {
+  const FreeMotions motions = find_free_motions(system, time);
+  const std::vector<std::string> texts = texts_of(motions);
+  if (texts.empty()) return;
+  throw InputError(
+      fmt::format("There is no definite equilibrium: the body can still {}. {}Fix it with [[fix]], "
+                  "with a plane "
+                  "or line of [[constraint]], or with springs (mode = \"penalty\").{}",
+                  list_text(texts),
+                  texts.size() > motions.whole.size()
+                      ? "Tetrahedra that are to hold together must share a face. "
+                      : "",
+                  system.constraints().list().distances.empty()
+                      ? ""
+                      : " Distances are not enough to hold a body in an equilibrium."));
+}
+
+}  // namespace tetraction

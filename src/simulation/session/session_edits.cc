@@ -1,0 +1,404 @@
+// Edits between two steps: one mechanism for events, viewer and library users.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <functional>
+#include <optional>
+#include <tuple>
+#include <utility>
+
+#include "session_impl.h"
+#include "simulation/scene/body_loads.h"
+#include "simulation/scene/shared_error.h"
+#include "tetraction/core/error.h"
+#include "tetraction/dynamics/constraints/multipliers.h"
+#include "tetraction/simulation/setting_keys.h"
+#include "tetraction/simulation/warnings.h"
+
+namespace tetraction {
+namespace {
+
+constexpr const char* kNoSuch = "{} number {} does not exist: there are {}, counted from 0.";
+
+template <class List>
+void require_index(const List& list, std::size_t index, const char* what) {
+  if (index >= list.size()) {
+    throw InputError(fmt::format(kNoSuch, what, index, list.size()));
+  }
+}
+
+// The parts of the session that must be made again after an edit.
+struct Renewal {
+  bool stepper = false;  // integrator, solver or constraints have changed
+  bool constraints = false;
+  bool step = false;   // step or end have changed
+  bool limit = false;  // the stability limit may have changed
+};
+
+// Puts back what an edit has changed. Only this is remembered: copies of all settings would make each of many edits
+// dearer than the one before.
+class Undo {
+ public:
+  void add(std::function<void()> step) { steps_.push_back(std::move(step)); }
+  // Of a value of the settings that is about to change.
+  template <class Value>
+  void keep(Value& value) {
+    add([&value, old = value] { value = old; });
+  }
+  template <class List>
+  void keep_entry(List& list, std::size_t index) {
+    add([&list, index, old = list[index]] { list[index] = old; });
+  }
+  template <class List>
+  void remove_last(List& list) {
+    add([&list] { list.pop_back(); });
+  }
+  void undo() {
+    for (auto step = steps_.rbegin(); step != steps_.rend(); ++step) (*step)();
+    steps_.clear();
+  }
+
+ private:
+  std::vector<std::function<void()>> steps_;
+};
+
+// Changes the settings, the system and a copy of the state. Session::Impl::apply() puts the first two
+// back with `undo` if the edit cannot be made.
+struct Editor {
+  MechanicalSystem& system;
+  RunSettings& settings;
+  State& state;
+  const AmplitudeList& amplitudes;
+  Undo& undo;
+  BodyConstraints& constraints = settings.constraints;
+  Renewal renewal{};
+  std::string warning{};
+
+  void operator()(const SetMaterial& edit) {
+    if (edit.region < 0 || edit.region >= system.region_count()) {
+      throw InputError(fmt::format(kNoSuch, "material region", edit.region, system.region_count()));
+    }
+    const MaterialSettings& now = settings.materials[static_cast<std::size_t>(edit.region)];
+    if (density_array(edit.material) != density_array(now)) {
+      throw InputError(
+          "The density cannot be changed during a run: mass would appear from nowhere, and "
+          "momentum "
+          "and energy with it. Change it before the start.");
+    }
+    const double density = now.density;
+    if (edit.material.density != density) {
+      throw InputError(fmt::format(
+          "The density cannot be changed during a run ({} to {} kg/m3): mass would appear from "
+          "nowhere, and momentum and energy with it. Change it before the start.",
+          density, edit.material.density));
+    }
+    const bool built_in = all_built_in();
+    const bool locked = !locking_warning(system).empty();
+    const bool unstable = !instability_warning(system).empty();
+    MaterialField made = make_material(edit.material, system, edit.region);
+    const auto region = static_cast<std::size_t>(edit.region);
+    undo.add([this_system = &system, region = edit.region, old = system.materials()[region]] {
+      this_system->set_material(region, old);
+    });
+    undo.keep_entry(settings.materials, region);
+    system.set_material(edit.region, std::move(made));
+    settings.materials[region] = edit.material;
+    if (!locked) warning = locking_warning(system);
+    if (!unstable) {
+      const std::string more = instability_warning(system);
+      warning += (warning.empty() || more.empty() ? "" : " ") + more;
+    }
+    // A solver determines when it is made whether it can work without a matrix.
+    renewal.stepper = all_built_in() != built_in;
+    renewal.limit = true;
+  }
+  void operator()(const SetTime& edit) {
+    renewal.stepper = edit.time.integrator != settings.time.integrator;
+    renewal.step = renewal.limit = true;
+    undo.keep(settings.time);
+    settings.time = edit.time;
+  }
+  void operator()(const SetSolver& edit) {
+    check_settings(edit.solver);
+    undo.keep(settings.solver);
+    settings.solver = edit.solver;
+    renewal.stepper = true;
+  }
+  void operator()(const SetDamping& edit) {
+    undo.add([this_system = &system, old = system.damping()] { this_system->set_damping(old); });
+    system.set_damping(edit.damping);
+    undo.keep(settings.damping);
+    settings.damping = edit.damping;
+    renewal.limit = true;
+  }
+  void operator()(const SetEnvironment& edit) {
+    undo.add(
+        [this_system = &system, old = system.environment()] { this_system->set_environment(old); });
+    system.set_environment(make_environment(edit.environment, amplitudes));
+    undo.keep(settings.environment);
+    settings.environment = edit.environment;
+    renewal.limit = !system.environment().is_uniform();
+  }
+  void operator()(const SetForce& edit) {
+    undo.add(set_load(edit.force, edit.index, settings.loads, system, amplitudes));
+    renewal.limit = edit.force.kind == LoadKind::kPressure;
+  }
+  void operator()(const SetFix& edit) {
+    if (edit.index) {
+      require_index(constraints.fixes, *edit.index, "fix");
+      PrescribedVertices& held = constraints.fixes[*edit.index];
+      FixSettings& present = constraints.fix_settings[*edit.index];
+      PrescribedVertices changed = changed_held(held, present, edit.fix, system.mesh(),
+                                                state.position, state.time, amplitudes);
+      undo.keep_entry(constraints.fixes, *edit.index);
+      undo.keep_entry(constraints.fix_settings, *edit.index);
+      held = std::move(changed);
+      present = edit.fix;
+    } else {
+      constraints.fixes.push_back(
+          make_held(edit.fix, system.mesh(), state.position, state.time, amplitudes));
+      undo.remove_last(constraints.fixes);
+      constraints.fix_settings.push_back(edit.fix);
+      undo.remove_last(constraints.fix_settings);
+    }
+    renewal.constraints = renewal.limit = true;
+  }
+  void operator()(const Unfix& edit) {
+    if (edit.fix) require_index(constraints.fixes, *edit.fix, "fix");
+    const std::vector<Index> released = select_at(system.mesh(), edit.select, edit.where);
+    bool any = false;
+    for (std::size_t number = 0; number < constraints.fixes.size(); ++number) {
+      if (edit.fix && *edit.fix != number) continue;
+      undo.keep_entry(constraints.fixes, number);
+      PrescribedVertices& fix = constraints.fixes[number];
+      PrescribedVertices kept = fix;
+      kept.vertices.clear();
+      for (std::size_t i = 0; i < fix.vertices.size(); ++i) {
+        if (std::binary_search(released.begin(), released.end(), fix.vertices[i])) continue;
+        kept.start.col(static_cast<Index>(kept.vertices.size())) =
+            fix.start.col(static_cast<Index>(i));
+        kept.vertices.push_back(fix.vertices[i]);
+      }
+      kept.start.conservativeResize(3, static_cast<Index>(kept.vertices.size()));
+      any = any || kept.vertices.size() < fix.vertices.size();
+      fix = std::move(kept);
+    }
+    if (!anywhere(system.part(), any))
+      warning = "unfix released no vertex: none of those it selects was fixed.";
+    renewal.constraints = renewal.limit = true;
+  }
+  void operator()(const SetConstraint& edit) {
+    ConstraintObject object =
+        make_constraint(edit.constraint, system, state.position, state.time, amplitudes);
+    const ConstraintSettings complete = with_length(edit.constraint, object);
+    if (edit.index) {
+      require_index(constraints.others, *edit.index, "constraint");
+      undo.keep_entry(constraints.others, *edit.index);
+      undo.keep_entry(constraints.other_settings, *edit.index);
+      constraints.others[*edit.index] = std::move(object);
+      constraints.other_settings[*edit.index] = complete;
+    } else {
+      constraints.others.push_back(std::move(object));
+      undo.remove_last(constraints.others);
+      constraints.other_settings.emplace_back(complete);
+      undo.remove_last(constraints.other_settings);
+    }
+    renewal.constraints = renewal.limit = true;
+  }
+  void operator()(const RemoveConstraint& edit) {
+    require_index(constraints.others, edit.index, "constraint");
+    undo.keep_entry(constraints.others, edit.index);
+    undo.keep_entry(constraints.other_settings, edit.index);
+    constraints.others[edit.index] = PrescribedVertices{};  // an empty one
+    constraints.other_settings[edit.index].reset();
+    renewal.constraints = renewal.limit = true;
+  }
+  void operator()(const SetMomentum& edit) {
+    if (!edit.momentum.value.allFinite()) {
+      throw InputError(fmt::format("{}{}the momentum must be finite.", edit.momentum.where,
+                                   edit.momentum.where.empty() ? "" : ": "));
+    }
+    for (const Index v : select_at(system.mesh(), edit.momentum.select, edit.momentum.where)) {
+      vertex_block(state.momentum, v) = edit.momentum.value;
+    }
+    project_to_constraints(system.constraints(), system.mass(), state.position, state.time,
+                           state.momentum);
+    system.velocity_of(state.momentum, state.velocity);
+  }
+  void operator()(const ShiftState& edit) {
+    const std::vector<Index> vertices = check_shift(edit.shift, system.mesh());
+    for (std::size_t i = 0; i < vertices.size(); ++i) {
+      if (!edit.shift.displacement.empty()) {
+        vertex_block(state.position, vertices[i]) += edit.shift.displacement[i];
+      }
+      if (!edit.shift.impulse.empty()) {
+        vertex_block(state.momentum, vertices[i]) += edit.shift.impulse[i];
+      }
+    }
+    if (!edit.shift.displacement.empty()) {
+      require_admissible(edit.shift);
+      renewal.limit = true;
+      // Positions are moved back onto the constraints, and momenta are projected there.
+      renewal.constraints = !system.constraints().empty();
+    }
+    if (renewal.constraints) return;
+    project_to_constraints(system.constraints(), system.mass(), state.position, state.time,
+                           state.momentum);
+    system.velocity_of(state.momentum, state.velocity);
+  }
+  void require_admissible(const ShiftSettings& shift) const {
+    const EvaluationStatus status = system.elastic().admissible(state.position);
+    if (status.ok()) {
+      require_defined_terms(system, state.position, state.time, "The displacement");
+      return;
+    }
+    throw InputError(fmt::format(
+        "{}{}the displacement inverts element {}: make it smaller, or move more vertices together.",
+        shift.where, shift.where.empty() ? "" : ": ",
+        system.mesh().tetrahedron_id(status.failed_element)));
+  }
+  bool all_built_in() const {
+    const std::vector<MaterialField>& materials = system.materials();
+    return std::none_of(materials.begin(), materials.end(), [](const MaterialField& material) {
+      return std::holds_alternative<CustomMaterial>(material.model());
+    });
+  }
+};
+
+}  // namespace
+
+void Session::apply(const Edit& edit, const std::string& what) {
+  Impl& s = *impl_;
+  s.require_motion("edits");
+  // What is made last counts: events that are due would otherwise come after this edit.
+  const bool runs = s.progress.status == RunStatus::kRunning;
+  if (runs && !s.apply_events() && s.progress.status == RunStatus::kNotConverged) {
+    throw InputError(s.progress.message);
+  }
+  s.apply(edit, s.state().time, what);
+  if (s.progress.status == RunStatus::kFinished && std::holds_alternative<SetTime>(edit) &&
+      s.steps_to_end(s.progress.plan.time_step) > 0) {
+    s.progress.status = RunStatus::kRunning;
+  }
+}
+
+void Session::Impl::apply(const Edit& edit, double at, const std::string& what) {
+  // The edit changes a copy of the state, which becomes the present one once nothing can fail any
+  // more. Other objects refer to the system; therefore it is changed in place, and so are the
+  // settings and the plan of the steps. All are put back if something fails.
+  State& new_state = states.other();
+  new_state = state();
+  std::unique_ptr<Stepper> new_stepper;
+  AppliedEdit done;
+  Undo undo;
+  std::optional<Constraints> old_constraints;
+  const StepPlan old_plan = progress.plan;
+  const StepRange old_steps = progress.steps;
+  const double old_first_step = progress.first_time_step;
+  try {
+    Editor editor{*system, settings, new_state, scene.amplitude, undo};
+    std::visit(editor, edit);
+    const Renewal& renewal = editor.renewal;
+    if (renewal.constraints) {
+      old_constraints = constrain(*system, settings.constraints, new_state.time, new_state.position,
+                                  "bring their targets nearer to the present positions.");
+      project_to_constraints(system->constraints(), system->mass(), new_state.position,
+                             new_state.time, new_state.momentum);
+      system->velocity_of(new_state.momentum, new_state.velocity);
+    }
+    const bool limited = !is_implicit(settings.time.integrator);
+    StabilityLimit limit;
+    CriticalModes modes;
+    if (limited && (renewal.limit || renewal.step)) {
+      limit = current_limit(new_state.position, &modes);
+    }
+    if (renewal.step) {
+      choose_step(limit, std::move(modes));
+    } else if (limited && renewal.limit) {
+      renew_automatic_step(limit, std::move(modes));
+    }
+    if (renewal.stepper || renewal.constraints) {
+      new_stepper = make_stepper(settings.time.integrator, settings.solver, *system);
+    }
+    done.at = at;
+    done.time = new_state.time;
+    done.step = new_state.step;
+    done.what = what;
+    done.warning = editor.warning;
+    if (limited && renewal.limit) {
+      if (std::string warning = step_warning(limit); !warning.empty()) {
+        done.warning = std::move(warning);
+      }
+    }
+    // The entry is added below, where nothing may fail.
+    if (progress.edits.size() == progress.edits.capacity()) {
+      progress.edits.reserve(2 * progress.edits.size() + 1);
+    }
+    done.energy_jump = balance->enter_edit(new_state);
+  } catch (...) {
+    if (old_constraints) system->set_constraints(std::move(*old_constraints));
+    undo.undo();
+    progress.plan = old_plan;
+    progress.steps = old_steps;
+    progress.first_time_step = old_first_step;
+    tracker.reset();
+    throw;
+  }
+  if (new_stepper) {
+    stepper = std::move(new_stepper);
+    whole_stepper.reset();
+    reactions = Reactions::zero(system->dof_count());
+  } else {
+    stepper->reset();
+  }
+  progress.plan.adaptive = {};
+  shared = shared_distances(settings.constraints.others);
+  states.switch_to_other();
+  progress.edits.push_back(std::move(done));
+  count_inverted(nullptr);
+  if (keeps_good_states) keep_state();
+}
+
+bool Session::Impl::apply_events() {
+  // t = k h has round-off. An event may make the step so short that the next event is not due yet.
+  const auto due = [this] {
+    return progress.next_event < scene.event.size() &&
+           scene.event[progress.next_event].at <= state().time + 1e-6 * progress.plan.time_step;
+  };
+  while (due()) {
+    const EventSettings& event = scene.event[progress.next_event++];
+    std::vector<AppliedEdit>& edits = progress.edits;
+    const std::size_t before = edits.size();
+    try {
+      for (const Edit& edit : event.edits) apply(edit, event.at, event.echo);
+    } catch (const InputError& error) {
+      // If not all parts have this error, the others may have made the event.
+      if (system->part() != nullptr && dynamic_cast<const SharedInputError*>(&error) == nullptr) {
+        throw;
+      }
+      progress.status = RunStatus::kNotConverged;
+      progress.message =
+          fmt::format("step {} (t = {:.6g} s): the event at {} s could not be made: {}",
+                      state().step + 1, state().time, event.at, error.what());
+      return false;
+    } catch (...) {
+      if (edits.size() == before) --progress.next_event;
+      throw;
+    }
+    // One entry for the whole event.
+    AppliedEdit& whole = edits[before];
+    for (std::size_t i = before + 1; i < edits.size(); ++i) {
+      whole.energy_jump += edits[i].energy_jump;
+      if (!edits[i].warning.empty()) whole.warning = edits[i].warning;
+    }
+    edits.resize(before + 1);
+    if (progress.plan.segment_count <= state().step - progress.plan.segment_step) {
+      progress.status = RunStatus::kFinished;
+      warn_at_the_end();
+      return false;
+    }
+  }
+  return true;
+}
+
+}  // namespace tetraction

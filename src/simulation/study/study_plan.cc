@@ -1,0 +1,299 @@
+// Which runs a study makes.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <utility>
+
+#include "core/quoting.h"
+#include "core/spelling.h"
+#include "simulation/scene/initial_state.h"
+#include "simulation/session/step_count.h"
+#include "tetraction/core/error.h"
+#include "tetraction/simulation/setting_keys.h"
+#include "tetraction/simulation/study.h"
+
+namespace tetraction {
+namespace {
+
+// The step nearest to h that divides `end`, for steps that the user did not choose.
+double dividing_step(double h, double end) {
+  return end / std::max(1.0, std::round(end / h));
+}
+
+// `what` names the step in messages.
+double checked_step(double step, double end, const std::string& what) {
+  if (!(step > 0.0) || !std::isfinite(step) || step > end) {
+    throw InputError(fmt::format("{} must be positive and at most the end time {} s, not {} s.",
+                                 what, end, step));
+  }
+  if (end / step > kMostSteps) {
+    throw InputError(fmt::format(
+        "{} is {} s. A run of {} s would have more steps than can be counted: make it larger.",
+        what, step, end));
+  }
+  return step;
+}
+
+void check_scenes(const std::vector<StudyVariant>& variants) {
+  const StudyVariant& first = variants.front();
+  for (const StudyVariant& variant : variants) {
+    if (variant.scene.time.end == first.scene.time.end) continue;
+    throw InputError(
+        fmt::format("The variants {} and {} end at different times, {} s and {} s: give all the "
+                    "same time.end, or their positions cannot be compared.",
+                    first.name, variant.name, first.scene.time.end, variant.scene.time.end));
+  }
+  for (const StudyVariant& variant : variants) {
+    const StepAdaptation adapt = variant.scene.time.adapt;
+    if (adapt == StepAdaptation::kNone) continue;
+    throw InputError(
+        fmt::format("time.adapt = \"{}\" chooses the steps, and a study compares steps that are "
+                    "given: leave time.adapt out (--set time.adapt=none), or compare the summaries "
+                    "of runs with other values of time.tolerance.",
+                    to_string(adapt)));
+  }
+  for (const StudyVariant& variant : variants) {
+    for (const EventSettings& event : variant.scene.event) {
+      for (const Edit& edit : event.edits) {
+        if (!std::holds_alternative<SetTime>(edit)) continue;
+        throw InputError(event.where +
+                         " changes [time], which a study does itself: integrators and steps are "
+                         "what it compares. Leave that change out.");
+      }
+    }
+  }
+}
+
+// Sorts the steps and removes repeats.
+std::vector<double> steps_of(const StudySettings& settings, double stable_step, double end) {
+  std::vector<double> wanted = settings.steps;
+  if (wanted.empty()) {
+    for (const double factor : {0.25, 0.5, 2.0, 8.0, 32.0}) {
+      const double step = factor * stable_step;
+      if (step <= end) wanted.push_back(dividing_step(step, end));
+    }
+  }
+  if (wanted.empty()) {
+    throw InputError("The end time is shorter than the stable step: make time.end larger.");
+  }
+  for (const double step : wanted) checked_step(step, end, "A step of the study");
+  std::sort(wanted.begin(), wanted.end());
+  wanted.erase(std::unique(wanted.begin(), wanted.end()), wanted.end());
+  return wanted;
+}
+
+const ProbeSettings& error_probe_of(const StudyVariant& variant, const std::string& name) {
+  const std::vector<ProbeSettings>& probes = variant.scene.probe;
+  const auto found = std::find_if(probes.begin(), probes.end(),
+                                  [&](const ProbeSettings& probe) { return probe.name == name; });
+  if (found != probes.end()) return *found;
+  NameList names;
+  for (const ProbeSettings& probe : probes) names.emplace_back(probe.name);
+  throw InputError(fmt::format(
+      "The error of the probe {} is asked for, but {} has no probe of that name: {}",
+      in_quotes(name), variant.name.empty() ? "the scene" : "the variant " + variant.name,
+      names.empty() ? "add a [[probe]]." : advice(name, names)));
+}
+
+// All variants must have the probe, and its values must be comparable.
+void check_error_probe(const StudyPlan& plan) {
+  if (plan.error_probe.empty()) return;
+  const StudyVariant& first = plan.variants.front();
+  const ProbeQuantity quantity = error_probe_of(first, plan.error_probe).quantity;
+  for (const StudyVariant& variant : plan.variants) {
+    const ProbeQuantity other = error_probe_of(variant, plan.error_probe).quantity;
+    if (other == quantity) continue;
+    throw InputError(fmt::format(
+        "The probe \"{}\" is a {} in the variant {} and a {} in the variant {}: they "
+        "cannot be compared.",
+        plan.error_probe, to_string(quantity), first.name, to_string(other), variant.name));
+  }
+}
+
+PlannedRun planned_run(const StudyPlan& plan, std::size_t variant, Integrator integrator,
+                       double step) {
+  const StudyVariant& scene = plan.variants[variant];
+  PlannedRun run;
+  run.variant = variant;
+  run.integrator = integrator;
+  run.step = step;
+  if (is_implicit(integrator)) run.solver = scene.scene.solver.kind;
+  if (needs_root_finder(integrator)) run.solver = "newton";  // others minimise
+  const std::string& folder = scene.folder.empty() ? scene.name : scene.folder;
+  run.directory =
+      fmt::format("{}{}{}-{:.10g}", folder, folder.empty() ? "" : "-", to_string(integrator), step);
+  return run;
+}
+
+void check_comparison(const SolverComparison& wanted, const Scene& scene) {
+  SolverSettings solver = scene.solver;
+  solver.kind = wanted.solver;
+  solver.linear = LinearSolver::kAuto;
+  check_settings(solver);
+  if (solver.kind == scene.solver.kind) {
+    throw InputError(fmt::format(
+        "The scene's own solver is {} already, so that there is nothing to compare it with. To run "
+        "it at {} s, add that step to the steps of the study.",
+        solver.kind, wanted.step));
+  }
+}
+
+const TetMesh& mesh_of(const StudyVariant& variant, const TetMesh& mesh) {
+  return variant.mesh ? *variant.mesh : mesh;
+}
+
+// Throws InputError if a run cannot have its solver.
+void check_solvers(const StudyPlan& plan, const TetMesh& mesh) {
+  for (std::size_t variant = 0; variant < plan.variants.size(); ++variant) {
+    const Scene& scene = plan.variants[variant].scene;
+    try {
+      const std::unique_ptr<MechanicalSystem> system =
+          make_system(scene, mesh_of(plan.variants[variant], mesh));
+      for (const PlannedRun& run : plan.runs) {
+        if (run.variant != variant) continue;
+        SolverSettings solver = scene.solver;
+        if (!run.solver.empty()) solver.kind = run.solver;
+        if (run.compares_solver) solver.linear = LinearSolver::kAuto;
+        check_solver(run.integrator, solver, *system);
+      }
+    } catch (const InputError& error) {
+      const std::string& name = plan.variants[variant].name;
+      if (name.empty()) throw;
+      throw InputError(fmt::format("The variant {}: {}", name, error.what()));
+    }
+  }
+}
+
+// Whether positions on the meshes can be compared.
+bool have_same_elements(const TetMesh& a, const TetMesh& b) {
+  if (&a == &b) return true;
+  return std::equal(a.vertices.begin(), a.vertices.end(), b.vertices.begin(), b.vertices.end()) &&
+         std::equal(a.tetrahedra.begin(), a.tetrahedra.end(), b.tetrahedra.begin(),
+                    b.tetrahedra.end()) &&
+         a.edge_vertices == b.edge_vertices;
+}
+
+// Whether a key leaves the exact motion as it is. Probes do if no error is computed from them.
+bool keeps_the_motion(const std::string& key, bool has_error_probe) {
+  const std::string section = key.substr(0, key.find('.'));
+  return section == "solver" || (section == "probe" && !has_error_probe);
+}
+
+// Gives each variant the reference of the first one with the same motion. Of the references only the
+// variant is known then.
+void group_variants(StudyPlan& plan, const TetMesh& mesh) {
+  std::map<std::vector<std::pair<std::string, std::string>>, std::size_t> known;
+  for (std::size_t variant = 0; variant < plan.variants.size(); ++variant) {
+    std::vector<std::pair<std::string, std::string>> motion;
+    for (const VariedValue& varied : plan.variants[variant].values) {
+      if (keeps_the_motion(varied.key, !plan.error_probe.empty())) continue;
+      motion.emplace_back(varied.key, varied.value);
+    }
+    const bool has_values = !plan.variants[variant].values.empty();
+    const auto found = has_values ? known.find(motion) : known.end();
+    if (found != known.end()) {
+      plan.reference_of.push_back(found->second);
+      continue;
+    }
+    const std::size_t index = plan.references.size();
+    if (has_values) known.emplace(std::move(motion), index);
+    PlannedRun first;
+    first.variant = variant;
+    plan.references.push_back({{first}, {}});
+    plan.reference_of.push_back(index);
+    plan.has_first_mesh.push_back(have_same_elements(mesh_of(plan.variants.front(), mesh),
+                                                     mesh_of(plan.variants[variant], mesh)));
+  }
+}
+
+}  // namespace
+
+StudyPlan plan_study(const Scene& scene, const TetMesh& mesh, const StudySettings& settings) {
+  StudyPlan plan;
+  plan.variants = settings.variants;
+  if (plan.variants.empty()) plan.variants.push_back({"", scene});
+  check_scenes(plan.variants);
+  plan.error_probe = settings.error_probe;
+  check_error_probe(plan);
+  const Scene& first = plan.variants.front().scene;
+  plan.end = first.time.end;
+  {
+    const std::unique_ptr<MechanicalSystem> system =
+        make_system(first, mesh_of(plan.variants.front(), mesh));
+    plan.probes = ProbeSet(first.probe, *system).probes();
+    const State initial = make_initial_state(first, *system);
+    plan.stable_step = stability_limit(*system, initial.position).critical_step;
+  }
+  std::vector<Integrator> integrators = settings.integrators;
+  if (integrators.empty()) {
+    integrators = all_integrators();
+  }
+  const std::vector<double> steps = steps_of(settings, plan.stable_step, plan.end);
+
+  const auto implicit =
+      std::find_if(integrators.begin(), integrators.end(), [](Integrator integrator) {
+        return is_implicit(integrator) && !needs_root_finder(integrator);
+      });
+  if (!settings.solver_comparisons.empty() && implicit == integrators.end()) {
+    throw InputError(
+        "Solvers can be compared only in a study with an integrator that minimises: add midpoint "
+        "or "
+        "backward-euler to its integrators.");
+  }
+  for (std::size_t variant = 0; variant < plan.variants.size(); ++variant) {
+    for (auto integrator = integrators.begin(); integrator != integrators.end(); ++integrator) {
+      for (const double step : steps) {
+        plan.runs.push_back(planned_run(plan, variant, *integrator, step));
+      }
+      if (variant > 0 || integrator != implicit) continue;
+      for (const SolverComparison& wanted : settings.solver_comparisons) {
+        check_comparison(wanted, first);
+        const double step = checked_step(
+            wanted.step, plan.end, fmt::format("The step at which {} is compared", wanted.solver));
+        PlannedRun run = planned_run(plan, variant, *integrator, step);
+        run.solver = wanted.solver;
+        run.compares_solver = true;
+        run.directory += "-" + wanted.solver;
+        for (const PlannedRun& other : plan.runs) {
+          if (other.directory != run.directory) continue;
+          throw InputError(
+              fmt::format("The solver {} at {} s is there twice.", wanted.solver, wanted.step));
+        }
+        plan.runs.push_back(run);
+      }
+    }
+  }
+
+  check_solvers(plan, mesh);
+
+  const double reference_step =
+      settings.reference_step
+          ? checked_step(*settings.reference_step, plan.end, "The reference step")
+          : steps.front();
+  std::vector<double> reference_steps{reference_step};
+  if (settings.reference_kind == ReferenceKind::kRichardson) {
+    reference_steps = {2.0 * reference_step, reference_step, 0.5 * reference_step};
+    checked_step(reference_steps.front(), plan.end, "Twice the reference step");
+    checked_step(reference_steps.back(), plan.end, "Half the reference step");
+  }
+  group_variants(plan, mesh);
+  for (PlannedReference& reference : plan.references) {
+    const std::size_t variant = reference.runs.back().variant;
+    reference.runs.clear();
+    for (const double step : reference_steps) {
+      PlannedRun run = planned_run(plan, variant, settings.reference_integrator, step);
+      const bool is_row =
+          std::any_of(plan.runs.begin(), plan.runs.end(), [&](const PlannedRun& other) {
+            return other.directory == run.directory && other.step == step;
+          });
+      if (!is_row) run.directory.insert(0, "reference-");
+      reference.runs.push_back(run);
+      reference.is_row.push_back(is_row);
+    }
+  }
+  return plan;
+}
+
+}  // namespace tetraction
