@@ -9,71 +9,17 @@
 #include <utility>
 #include <vector>
 
+#include "flat_tetrahedra.h"
 #include "group_middles.h"
 #include "quadratic_rules.h"
 #include "tetraction/core/error.h"
 #include "tetraction/mesh/edge_vertices.h"
 #include "tetraction/mesh/tet_mesh.h"
+#include "tetrahedron_table.h"
 
 namespace tetraction {
+
 namespace {
-
-double longest_edge(const TetMesh& mesh, Index e) {
-  const auto t = mesh.tetrahedra[static_cast<std::size_t>(e)];
-  double longest = 0.0;
-  for (std::size_t a = 0; a < 4; ++a) {
-    for (std::size_t b = a + 1; b < 4; ++b) {
-      longest = std::max(longest, (mesh.vertices[static_cast<std::size_t>(t[a])] -
-                                   mesh.vertices[static_cast<std::size_t>(t[b])])
-                                      .norm());
-    }
-  }
-  return longest;
-}
-
-// Whether a tetrahedron is flat up to round-off: |det| is below this fraction of the cube of its
-// longest edge.
-bool is_flat(double volume, double longest) {
-  constexpr double kFlat = 1e-14;
-  return !(std::abs(6.0 * volume) > kFlat * longest * longest * longest);
-}
-
-struct TetrahedronHash {
-  std::size_t operator()(const std::array<Index, 4>& vertices) const {
-    std::size_t hash = 0;
-    for (const Index v : vertices) {
-      hash = (hash ^ static_cast<std::size_t>(v)) * 0x9E3779B97F4A7C15U;
-      hash ^= hash >> 32U;
-    }
-    return hash;
-  }
-};
-
-// The first tetrahedron with the same vertices. It keeps numbers of tetrahedra only: a map with the vertices
-// as keys would need more memory than the mesh.
-class TetrahedronTable {
- public:
-  explicit TetrahedronTable(std::size_t most) : slots_(most + most / 2 + 1, kFree) {}
-
-  // `tetrahedra`: those that were added before. Returns the number of the first one with these vertices, which is that
-  // of the next one if it is new.
-  Index find_or_add(std::array<Index, 4> vertices,
-                    const std::vector<std::array<Index, 4>>& tetrahedra) {
-    std::sort(vertices.begin(), vertices.end());
-    std::size_t slot = TetrahedronHash()(vertices) % slots_.size();
-    while (slots_[slot] != kFree) {
-      std::array<Index, 4> other = tetrahedra[static_cast<std::size_t>(slots_[slot])];
-      std::sort(other.begin(), other.end());
-      if (other == vertices) return slots_[slot];
-      slot = slot + 1 < slots_.size() ? slot + 1 : 0;
-    }
-    return slots_[slot] = static_cast<Index>(tetrahedra.size());
-  }
-
- private:
-  static constexpr Index kFree = -1;
-  std::vector<Index> slots_;
-};
 
 bool is_tetrahedron(const RawCell& cell) {
   return cell.type == CellType::kTetrahedron || cell.type == CellType::kQuadraticTetrahedron;
@@ -491,65 +437,7 @@ class Builder {
   std::vector<Index> kept_cells_;  // of the file, one for each tetrahedron; for cell arrays
 };
 
-// Throws InputError for everything that build_mesh() would refuse, correct or leave out.
-void check_view(const TetMesh& mesh) {
-  for (Index v = 0; v < mesh.vertex_count(); ++v) {
-    if (!mesh.vertices[static_cast<std::size_t>(v)].allFinite()) {
-      throw InputError(fmt::format("Vertex {} has a coordinate that is not finite.", v));
-    }
-  }
-  std::vector<bool> used(mesh.vertices.size(), false);
-  for (Index e = 0; e < mesh.tetrahedron_count(); ++e) {
-    for (const Index v : mesh.tetrahedra[static_cast<std::size_t>(e)]) {
-      if (v < 0 || v >= mesh.vertex_count()) {
-        throw InputError(
-            fmt::format("Tetrahedron {} refers to vertex {}; there are {}, counted from 0.", e, v,
-                        mesh.vertex_count()));
-      }
-      used[static_cast<std::size_t>(v)] = true;
-    }
-    const double volume = mesh.volume(e);
-    if (volume < 0.0 || is_flat(volume, longest_edge(mesh, e))) {
-      throw InputError(fmt::format(
-          "Tetrahedron {} has a volume of {:.3g} m³, which must be positive. Exchange two of its "
-          "vertices if it is negative; repair or remove it if it is 0 to round-off.",
-          e, volume));
-    }
-  }
-  for (Index v = 0; v < mesh.vertex_count(); ++v) {
-    if (!used[static_cast<std::size_t>(v)]) {
-      throw InputError(
-          fmt::format("No tetrahedron uses vertex {}, which so has no mass: leave it out.", v));
-    }
-  }
-}
-
-template <class Number>
-TetMesh checked_view(std::span<const double> positions, std::span<const Number> tetrahedra) {
-  if (positions.empty() || positions.size() % 3 != 0 || tetrahedra.empty() ||
-      tetrahedra.size() % 4 != 0) {
-    throw InputError(fmt::format(
-        "A mesh has three coordinates a vertex and four vertices a tetrahedron: {} and {} numbers "
-        "are not that.",
-        positions.size(), tetrahedra.size()));
-  }
-  TetMesh mesh;
-  mesh.source = "arrays in memory";
-  mesh.vertices = VertexArray(VertexView(positions));
-  mesh.tetrahedra = TetrahedronArray(TetrahedronView(tetrahedra));
-  check_view(mesh);
-  return mesh;
-}
-
 }  // namespace
-
-TetMesh view_mesh(std::span<const double> positions, std::span<const std::int32_t> tetrahedra) {
-  return checked_view(positions, tetrahedra);
-}
-
-TetMesh view_mesh(std::span<const double> positions, std::span<const std::int64_t> tetrahedra) {
-  return checked_view(positions, tetrahedra);
-}
 
 TetMesh build_mesh(RawMesh raw, double scale) {
   if (!(scale > 0.0) || !std::isfinite(scale)) {
