@@ -11,6 +11,7 @@
 #include <cstdio>
 #include <cstdlib>
 
+#include "tetraction/dynamics/body_sums.h"
 #include "tetraction/dynamics/steppers/stepper.h"
 #include "tetraction/io/frame_writer.h"
 #include "tetraction/io/run_recorder.h"
@@ -58,7 +59,7 @@ int main(int argc, char** argv) {
     }
     // 8. Energies of the new state.
     Energies energies;
-    beam.energies(state, energies);
+    evaluate_energies(beam, state, energies);
     std::printf("%6.2f %14.6f %14.6f %14.6f %14.6f %5d\n", state.time, energies.elastic(),
                 energies.kinetic(), energies.environment(), energies.total(),
                 outcome.minimizer.iterations);

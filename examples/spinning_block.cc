@@ -11,6 +11,7 @@
 #include <cstdlib>
 
 #include "tetraction/dynamics/balance.h"
+#include "tetraction/dynamics/body_sums.h"
 #include "tetraction/dynamics/steppers/stability.h"
 #include "tetraction/mesh/generate.h"
 
@@ -25,7 +26,7 @@ int main(int argc, char** argv) {
 
   // 2. Initial state: stretched by 10 % about the centre of mass.
   State state = block.rest_state();
-  const Vector3 center = block.center_of_mass(state.position);
+  const Vector3 center = center_of_mass(block, state.position);
   for (Index v = 0; v < block.vertex_count(); ++v) {
     state.position[3 * v] = center.x() + 1.1 * (state.position[3 * v] - center.x());
   }

@@ -1,4 +1,5 @@
 #include "tetraction/dynamics/balance.h"
+#include "tetraction/dynamics/body_sums.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,8 +8,8 @@
 namespace tetraction {
 
 Balance::Balance(const MechanicalSystem& system, const State& state) : system_(system) {
-  sums_.momenta = system.momenta(state);
-  system.energies(state, sums_.energies);
+  sums_.momenta = momenta_of(system, state);
+  evaluate_energies(system, state, sums_.energies);
   // Strains below about 1e-13 are mere round-off.
   for (Index e = 0; e < system.rest().element_count(); ++e) {
     const LameParameters lame = system.lame(e);
@@ -27,7 +28,7 @@ void Balance::enter(const State& state, const StepOutcome& outcome) {
   Momenta momenta;
   double springs = 0.0;
   // May throw what a force term throws.
-  system_.vertex_balance(state, entering_, momenta, springs, outcome.balance_sums);
+  vertex_balance(system_, state, entering_, momenta, springs, outcome.balance_sums);
   entering_.set_elastic(outcome.elastic_energy);
   std::swap(s.energies, entering_);
   s.momenta = momenta;
@@ -68,8 +69,8 @@ double Balance::enter_edit(const State& state) {
   const Energies before = sums_.energies;
   const Momenta momenta_before = sums_.momenta;
   Energies energies = sums_.energies;
-  system_.energies(state, energies);  // may throw what a user's own material throws
-  sums_.momenta = system_.momenta(state);
+  evaluate_energies(system_, state, energies);  // may throw what a user's own material throws
+  sums_.momenta = momenta_of(system_, state);
   sums_.energies = std::move(energies);
   // The jump is summed term by term, so that a large energy that did not change costs no digits.
   double jump = 0.0;

@@ -1,4 +1,5 @@
 #include "tetraction/dynamics/derived_fields.h"
+#include "tetraction/dynamics/body_sums.h"
 
 #include <Eigen/LU>
 #include <array>
@@ -207,8 +208,8 @@ Matrix nodal_average(const MechanicalSystem& system, const Matrix& element_field
 
 Matrix deformation_field(const MechanicalSystem& system, const Vector& q) {
   const Vector rest = system.mesh().rest_positions();
-  const Vector3 rest_center = system.center_of_mass(rest);
-  const Vector3 center = system.center_of_mass(q);
+  const Vector3 rest_center = center_of_mass(system, rest);
+  const Vector3 center = center_of_mass(system, q);
   Matrix3 moment = Matrix3::Zero();
   for (Index v = 0; v < system.owned_vertex_count(); ++v) {
     moment += system.mass()[v] * (vertex_block(q, v) - center) *

@@ -1,5 +1,6 @@
 #include "mass_properties.h"
 
+#include "tetraction/dynamics/body_sums.h"
 #include "tetraction/dynamics/consistent_mass.h"
 
 namespace tetraction {
@@ -23,7 +24,7 @@ struct Moments {
 
 MassProperties mass_properties(const MechanicalSystem& system) {
   const RestState& rest = system.rest();
-  const Vector3 origin = system.center_of_mass(system.mesh().rest_positions());
+  const Vector3 origin = center_of_mass(system, system.mesh().rest_positions());
   Moments moments;
   for (Index e = 0; e < rest.element_count(); ++e) {
     const Matrix masses = system.density(e) * element_mass_matrix(rest, e);
@@ -39,7 +40,7 @@ MassProperties mass_properties(const MechanicalSystem& system) {
 
 MassProperties lumped_mass_properties(const MechanicalSystem& system) {
   const Vector x = system.mesh().rest_positions();
-  const Vector3 origin = system.center_of_mass(x);
+  const Vector3 origin = center_of_mass(system, x);
   Moments moments;
   for (Index v = 0; v < system.vertex_count(); ++v) {
     const Vector3 arm = vertex_block(x, v) - origin;

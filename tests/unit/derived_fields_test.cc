@@ -1,4 +1,5 @@
 #include "tetraction/dynamics/derived_fields.h"
+#include "tetraction/dynamics/body_sums.h"
 #include "tetraction/dynamics/nodal_fields.h"
 
 #include <Eigen/Geometry>
@@ -181,7 +182,7 @@ TEST_F(DerivedFields, BestFitLeavesNeitherTranslationNorRotation) {
   const Vector q = moved(rotation_ * stretch, {5, -1, 2});
   const Matrix deformation = deformation_field(system_, q);
   ASSERT_GT(deformation.cwiseAbs().maxCoeff(), 0.05);
-  const Vector3 center = system_.center_of_mass(q);
+  const Vector3 center = center_of_mass(system_, q);
   Vector3 translation = Vector3::Zero();
   Vector3 rotation = Vector3::Zero();
   for (Index v = 0; v < system_.vertex_count(); ++v) {

@@ -1,4 +1,5 @@
 #include "tetraction/simulation/session.h"
+#include "tetraction/dynamics/body_sums.h"
 
 #include <algorithm>
 #include <cmath>
@@ -489,7 +490,7 @@ TEST(Session, SeveralMaterialsHaveTheirOwnMassAndEnergies) {
   EXPECT_NEAR(session.system().total_mass(), 1000.0 + 3000.0, 1e-9);
   ASSERT_EQ(session.run(), RunStatus::kFinished) << session.message();
   const Vector elastic = session.system().elastic().energies_by_material(session.state().position);
-  const Vector kinetic = session.system().kinetic_energies_by_region(session.state().momentum);
+  const Vector kinetic = kinetic_energies_by_region(session.system(), session.state().momentum);
   const Energies& total = session.balance().energies();
   ASSERT_EQ(elastic.size(), 2);
   EXPECT_NEAR(elastic.sum(), total.elastic(), 1e-12 * total.elastic());

@@ -1,4 +1,5 @@
 #include "dynamics/steppers/turned_guess.h"
+#include "tetraction/dynamics/body_sums.h"
 
 #include <gtest/gtest.h>
 #include <Eigen/Geometry>
@@ -17,7 +18,7 @@ using namespace testing_support;
 struct Spinning {
   explicit Spinning(double speed)
       : system(generate_box({2, 1, 0.5}, {4, 2, 2}), all_materials()[1], 1000.0),
-        center(system.center_of_mass(system.mesh().rest_positions())) {
+        center(center_of_mass(system, system.mesh().rest_positions())) {
     state.position = system.mesh().rest_positions();
     state.momentum.resize(state.position.size());
     for (Index v = 0; v < system.vertex_count(); ++v) {

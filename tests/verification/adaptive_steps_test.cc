@@ -8,6 +8,7 @@
 
 #include "support/corner_scenes.h"
 #include "tetraction/core/error.h"
+#include "tetraction/dynamics/body_sums.h"
 #include "tetraction/simulation/session.h"
 #include "tetraction/simulation/study.h"
 
@@ -90,7 +91,7 @@ Orbit orbit(double eccentricity, double step, double young = 1e4) {
 }
 
 double distance_from_start(const Session& session, const Orbit& orbit) {
-  return (session.system().center_of_mass(session.state().position) - orbit.start).norm();
+  return (center_of_mass(session.system(), session.state().position) - orbit.start).norm();
 }
 
 // Its vibrations have periods of about a quarter of a second, which the steps resolve: the change of

@@ -3,6 +3,7 @@
 
 #include <utility>
 
+#include "tetraction/dynamics/body_sums.h"
 #include "tetraction/dynamics/mechanical_system.h"
 #include "tetraction/dynamics/steppers/stepper.h"
 

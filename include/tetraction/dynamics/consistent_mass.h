@@ -9,7 +9,7 @@ namespace tetraction {
 /// 10 × 10 for quadratic ones. Exact with straight and with curved edges: N_a N_b det(∂X/∂ξ) has degree 7,
 /// and so has the rule (Grundmann & Möller 1978).
 ///
-/// Time steps use lumped masses (MechanicalSystem::mass()), because an explicit step divides by them.
+/// Time steps use lumped masses (Body::mass()), because an explicit step divides by them.
 /// Those of quadratic elements cost accuracy: the frequencies of a body converge with order 4 for
 /// the consistent mass and with order 2 for the lumped one.
 Matrix element_mass_matrix(const RestState& rest, Index e);

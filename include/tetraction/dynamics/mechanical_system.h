@@ -4,120 +4,28 @@
 #include <memory>
 #include <vector>
 
+#include "tetraction/dynamics/body.h"
 #include "tetraction/dynamics/constraints/constraints.h"
-#include "tetraction/dynamics/energies.h"
-#include "tetraction/dynamics/nodal_volume/volume_rule.h"
-#include "tetraction/dynamics/state.h"
 #include "tetraction/dynamics/terms/damping.h"
 #include "tetraction/dynamics/terms/environment.h"
 #include "tetraction/dynamics/terms/external_forces.h"
 #include "tetraction/dynamics/terms/force_term.h"
 #include "tetraction/dynamics/terms/surface_pressure.h"
 #include "tetraction/dynamics/terms/vertex_damping.h"
-#include "tetraction/fem/elastic_potential.h"
 #include "tetraction/fem/viscous_potential.h"
 
 namespace tetraction {
 
-/// The material and the density of a part of the body.
-struct BodyRegion {
-  MaterialField material;
-  double density = 1000.0;  ///< ρ₀, kg/m³
-  /// ρ₀ of every element of the mesh, kg/m³; those of other regions are ignored. If there are any,
-  /// they hold instead of `density`.
-  std::vector<double> densities{};
-};
-
-class NodalVolume;
-
-/// Linear and angular momentum about the origin, and the sums of magnitudes to which drifts are
-/// relative.
-struct Momenta {
-  Vector3 linear = Vector3::Zero();   ///< Σ p, kg m/s
-  Vector3 angular = Vector3::Zero();  ///< Σ q × p, kg m²/s
-  double linear_scale = 0.0;          ///< Σ |p|
-  double angular_scale = 0.0;         ///< Σ |q × p|
-};
-
-/// Mesh, rest state, materials, lumped mass, constraints, damping and loads of one body.
+/// A body with its constraints, damping and loads.
 ///
-/// Each tetrahedron adds ρ₀V/4 to the lumped mass of each of its vertices. Time stepping is in
-/// Stepper, the balance of energy and momentum in Balance.
-class MechanicalSystem {
+/// Time stepping is in Stepper, the balance of energy and momentum in Balance.
+class MechanicalSystem : public Body {
  public:
-  /// The whole body has one material. The system keeps the mesh, as a copy or, with std::move(),
-  /// the caller's own vectors. The arrays of a view_mesh() are not copied and must live longer than
-  /// the system. Throws InputError if a density is not positive and finite.
+  /// The constructors of Body.
   MechanicalSystem(TetMesh mesh, const MaterialField& material, double density);
-  /// Element e belongs to regions[region_of_element[e]]. With VolumeRule::kNodal it throws InputError
-  /// for a material without a volumetric part, too.
   MechanicalSystem(TetMesh mesh, const std::vector<BodyRegion>& regions,
                    const std::vector<int>& region_of_element,
                    VolumeRule volume = VolumeRule::kElement);
-  ~MechanicalSystem();
-  MechanicalSystem(const MechanicalSystem&) = delete;
-  MechanicalSystem& operator=(const MechanicalSystem&) = delete;
-
-  const TetMesh& mesh() const { return mesh_; }
-  const RestState& rest() const { return rest_; }
-  /// The part of the elastic energy that is a sum over elements: all of it, or with
-  /// VolumeRule::kNodal that of materials without their volumetric parts.
-  const ElasticPotential& elastic() const { return elastic_; }
-  /// The other part of the elastic energy; null with VolumeRule::kElement.
-  const NodalVolume* nodal_volume() const { return nodal_volume_.get(); }
-  /// The whole materials of the regions.
-  const std::vector<MaterialField>& materials() const {
-    return nodal_volume_ ? materials_ : elastic_.materials();
-  }
-  /// The small-strain parameters of element e, Pa.
-  LameParameters lame(Index e) const;
-  /// energy = the whole elastic energy at q, J; of a part, that of its own tetrahedra. Fails where it is
-  /// not defined.
-  EvaluationStatus elastic_energy(const Positions& q, double& energy) const;
-  /// energy = the same, and gradient = the gradient of the whole elastic energy (3 per vertex, N).
-  EvaluationStatus elastic_energy_and_gradient(const Positions& q, double& energy,
-                                               Vector& gradient) const;
-  /// The elastic energy of every region, J. It must be defined at q.
-  Vector elastic_energies_by_region(const Vector& q) const;
-  /// The energy density at the first quadrature point of every element, J/m³. With VolumeRule::kNodal
-  /// the mean of its nodes is part of it, so that the sum of densities times volumes is the energy.
-  void elastic_energy_densities(const Vector& q, Vector& densities) const;
-  /// P at the first quadrature point of element e, Pa, with the mean of U' of its nodes. The elastic
-  /// energy must be defined at q.
-  Matrix3 first_piola(Index e, const Vector& q) const;
-  /// ElasticPotential::stiffness_sums() of the whole materials.
-  ElasticPotential::StiffnessSums stiffness_sums(double extra_modulus) const;
-  Index region_count() const { return static_cast<Index>(elastic_.materials().size()); }
-  /// The region of element e.
-  int region(Index e) const { return elastic_.material_index(e); }
-  /// The elements of a region, ascending.
-  std::vector<Index> elements_of(Index region) const;
-  /// ρ₀ of element e, kg/m³.
-  double density(Index e) const { return density_[e]; }
-  /// Replaces the material of a region. Its density stays. Throws InputError as the constructor does;
-  /// then nothing has changed.
-  void set_material(Index region, const MaterialField& material);
-  /// The lumped masses, one per vertex, kg.
-  const Vector& mass() const { return mass_; }
-  const Vector& inverse_mass() const { return inverse_mass_; }
-  double total_mass() const { return total_mass_; }
-  /// The mass of the own vertices of a part, kg, and Σ m q over them; of a whole mesh, those of all.
-  double own_mass() const { return part() != nullptr ? own_mass_ : total_mass_; }
-  Vector3 own_first_moment(const Vector& q) const;
-  /// The mass of element e, kg.
-  double element_mass(Index e) const { return density(e) * rest_.volume(e); }
-  /// The share of element e in the mass of its node a, kg (RestState::mass_fraction()).
-  double mass_share(Index e, int a) const { return element_mass(e) * rest_.mass_fraction(a); }
-  Index vertex_count() const { return mesh_.vertex_count(); }
-  /// What the mesh is a part of, where several processes hold the body together (mesh/mesh_part.h);
-  /// null otherwise. Masses and assembled fields are then those of the whole body at each vertex of the
-  /// part. Sums over the body are those of the whole body where a comment does not say otherwise.
-  const MeshPart* part() const { return mesh_.part.get(); }
-  /// Sums over vertices take the vertices below this number: all, or the own ones of a part.
-  Index owned_vertex_count() const {
-    return mesh_.part ? mesh_.part->owned_vertices : mesh_.vertex_count();
-  }
-  Index dof_count() const { return 3 * vertex_count(); }
 
   /// Replaces all constraints of the body. Returns the former ones.
   Constraints set_constraints(Constraints constraints);
@@ -161,7 +69,7 @@ class MechanicalSystem {
   /// Where energies of terms are evaluated, at an instant. Its masses are those of the own vertices only.
   /// Energies, changes of energy and driven work at such points are those of the own part.
   ForcePoint energy_point(const Vector& position, double time) const {
-    return {part() != nullptr ? owned_mass_ : force_masses(), position, time};
+    return {part() != nullptr ? own_masses() : force_masses(), position, time};
   }
   /// |Tᵀ f|₂ over the free coordinates of the whole body (FreeCoordinates::restricted_norm()).
   double restricted_norm(const Vector& full) const;
@@ -169,6 +77,7 @@ class MechanicalSystem {
   /// (dynamics/consistent_mass.h) instead of the lumped masses, for statics. External forces that
   /// were added before stay as they are.
   void use_consistent_weights();
+  bool has_consistent_weights() const { return weights_.size() > 0; }
   /// ∫ N_a dV over element e for each of its nodes a, m³: the weights with which a force per volume
   /// acts on them. They are the element's volume times RestState::mass_fraction(), or the consistent
   /// weights after use_consistent_weights().
@@ -200,56 +109,18 @@ class MechanicalSystem {
 
   /// force += the forces of viscosity at positions q and velocities v (3 per vertex, N).
   void add_viscous_force(const Vector& q, const Vector& v, Vector& force) const;
-  /// v = M⁻¹p.
-  Vector velocity_of(const Vector& momentum) const;
-  void velocity_of(const Vector& momentum, Vector& velocity) const;
-  /// p = Mv.
-  Vector momentum_of(const Vector& velocity) const;
-  void momentum_of(const Vector& velocity, Vector& momentum) const;
 
-  /// The state at rest in the reference configuration.
-  State rest_state() const;
   /// Sets p = Mv, projected to what the constraints allow. Prescribed components move as
   /// prescribed.
   void set_velocity(State& state, const Vector& velocity) const;
-  /// Mass-weighted mean of positions, m.
-  Vector3 center_of_mass(const Vector& q) const;
-
-  double kinetic_energy(const Vector& momentum) const;
-  /// ½ Σ m_r|p/m|² of each region, with m_r the region's share in the mass of a vertex, J.
-  Vector kinetic_energies_by_region(const Vector& momentum) const;
-  /// Fails where the elastic energy is not defined.
-  EvaluationStatus energies(const State& state, Energies& energies) const;
-  Momenta momenta(const State& state) const;
-  /// Kinetic energy, the energies of all terms and the momenta; the elastic energy is left alone. `springs` ←
-  /// the sum of the magnitudes of the energies of terms that stand for constraints, J. `sums`: what
-  /// the balance_shares() of all parts add up to, if that is known already.
-  void vertex_balance(const State& state, Energies& energies, Momenta& momenta, double& springs,
-                      const std::vector<double>& sums = {}) const;
-  /// The share of this part of the body in the numbers of vertex_balance(), for a sum over all parts.
-  std::vector<double> balance_shares(const State& state) const;
-  /// The number of these numbers, the same in all parts.
-  std::size_t balance_share_count() const;
 
  private:
-  double spring_energies(const State& state) const;
-  const Vector& force_masses() const { return weights_.size() > 0 ? weights_ : mass_; }
+  const Vector& force_masses() const { return weights_.size() > 0 ? weights_ : mass(); }
   void check(const ExternalForce& force) const;
   void list_terms();
 
-  TetMesh mesh_;
-  RestState rest_;
-  ElasticPotential elastic_;
-  std::vector<MaterialField> materials_;  // whole; empty with VolumeRule::kElement
-  std::unique_ptr<NodalVolume> nodal_volume_;
+  Vector weights_;  // in place of the lumped masses for forces; empty if they are the same
   ViscousPotential viscous_;
-  Vector density_;  // per element
-  Vector mass_;
-  Vector inverse_mass_;
-  Vector weights_;     // in place of mass_ for forces; empty if they are the same
-  Vector owned_mass_;  // of the own vertices of a part; empty for a whole mesh
-  double total_mass_ = 0.0;
-  double own_mass_ = 0.0;  // of a part
   Constraints constraints_;
   Environment environment_;
   Damping damping_;

@@ -1,4 +1,5 @@
 #include "tetraction/dynamics/problems/static_problem.h"
+#include "tetraction/dynamics/body_sums.h"
 
 #include <algorithm>
 #include <cmath>
@@ -108,7 +109,7 @@ EvaluationStatus StaticProblem::energies(double factor, const Vector& x, Energie
   state.position = x;
   state.momentum = Vector::Zero(x.size());
   state.time = time_;
-  const EvaluationStatus status = system_.energies(state, energies);
+  const EvaluationStatus status = evaluate_energies(system_, state, energies);
   energies.set_environment(factor * energies.environment());
   for (std::size_t i = 0; i < energies.extra_count(); ++i) {
     const Energies::Entry entry = energies.extra(i);

@@ -1,5 +1,6 @@
 // The energy-momentum step (Simo & Tarnow 1992; Gonzalez 2000).
 #include <fmt/format.h>
+#include "tetraction/dynamics/body_sums.h"
 
 #include <Eigen/Geometry>
 
@@ -127,7 +128,7 @@ class EnergyMomentumStepper : public ImplicitStepper {
     if (system_.constraints().empty()) {
       step_.inertial_guess(work_);
       const Vector3 move =
-          2.0 * (system_.center_of_mass(work_) - system_.center_of_mass(from.position));
+          2.0 * (center_of_mass(system_, work_) - center_of_mass(system_, from.position));
       guess_turned(system_, from, 2.0 * step_.step(), move,
                    i == kMirrored ? GuessedStrain::kMirrored : GuessedStrain::kKept, work_);
       return true;

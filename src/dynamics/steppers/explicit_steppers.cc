@@ -12,6 +12,7 @@
 #include "dynamics/terms/vertex_kernels.h"
 #include "finite_outcome.h"
 #include "tetraction/core/parallel.h"
+#include "tetraction/dynamics/body_sums.h"
 #include "tetraction/dynamics/constraints/multipliers.h"
 #include "tetraction/dynamics/steppers/stepper.h"
 
@@ -79,8 +80,8 @@ class ExplicitStepper : public Stepper {
   StepOutcome advance(const State& from, State& to, double h, double end_time) override {
     StepOutcome outcome = advance_part(from, to, h, end_time);
     if (system_.part() != nullptr) {
-      outcome.balance_sums = outcome.ok() ? system_.balance_shares(to)
-                                          : std::vector<double>(system_.balance_share_count());
+      outcome.balance_sums = outcome.ok() ? balance_shares(system_, to)
+                                          : std::vector<double>(balance_share_count(system_));
       agree(system_.part(), outcome);
     }
     if (!outcome.ok()) force_.invalidate();  // of all parts or of none
@@ -213,8 +214,8 @@ class ExplicitStepper : public Stepper {
       }
       if (!kick.acceleration.isZero(0.0)) {
         const Vector3 moment = system_.part() != nullptr
-                                   ? system_.own_first_moment(q)
-                                   : Vector3(system_.total_mass() * system_.center_of_mass(q));
+                                   ? own_first_moment(system_, q)
+                                   : Vector3(system_.total_mass() * center_of_mass(system_, q));
         outcome.linear_impulse += dt * system_.own_mass() * kick.acceleration;
         outcome.angular_impulse += moment.cross(dt * kick.acceleration);
       }

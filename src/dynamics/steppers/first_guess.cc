@@ -1,4 +1,5 @@
 #include "first_guess.h"
+#include "tetraction/dynamics/body_sums.h"
 
 #include <Eigen/LU>
 #include <algorithm>
@@ -97,8 +98,8 @@ void FirstGuess::make(int guess, const StepProblem& problem, const State& state,
 }
 
 void FirstGuess::make_rigid(const Vector& q, const Vector& target, Vector& x) const {
-  const Vector3 from = system_.center_of_mass(q);
-  const Vector3 to = system_.center_of_mass(target);
+  const Vector3 from = center_of_mass(system_, q);
+  const Vector3 to = center_of_mass(system_, target);
   Matrix3 moment = Matrix3::Zero();
   for (Index v = 0; v < system_.owned_vertex_count(); ++v) {
     moment += system_.mass()[v] * (vertex_block(target, v) - to) *

@@ -1,4 +1,5 @@
 #include "turned_guess.h"
+#include "tetraction/dynamics/body_sums.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -10,7 +11,7 @@
 namespace tetraction {
 
 Vector3 spin_of(const MechanicalSystem& system, const State& state) {
-  const Vector3 center = system.center_of_mass(state.position);
+  const Vector3 center = center_of_mass(system, state.position);
   Matrix3 inertia = Matrix3::Zero();
   Vector3 momentum = Vector3::Zero();
   for (Index v = 0; v < system.vertex_count(); ++v) {
@@ -23,7 +24,7 @@ Vector3 spin_of(const MechanicalSystem& system, const State& state) {
 
 void guess_turned(const MechanicalSystem& system, const State& from, double h, const Vector3& move,
                   GuessedStrain strain, Vector& x) {
-  const Vector3 center = system.center_of_mass(from.position);
+  const Vector3 center = center_of_mass(system, from.position);
   const Vector3 omega = spin_of(system, from);
   const double speed = omega.norm();
   Matrix3 turn = Matrix3::Identity();
@@ -31,7 +32,7 @@ void guess_turned(const MechanicalSystem& system, const State& from, double h, c
     turn = Eigen::AngleAxisd(std::asin(std::min(1.0, h * speed)), omega / speed).toRotationMatrix();
   }
   const Vector rest = system.mesh().rest_positions();
-  const Vector3 rest_center = system.center_of_mass(rest);
+  const Vector3 rest_center = center_of_mass(system, rest);
   Matrix3 nearest = Matrix3::Identity();  // the rotation of the rest shape into the present one
   if (strain == GuessedStrain::kMirrored) {
     Matrix3 moment = Matrix3::Zero();

@@ -1,4 +1,5 @@
 #include "tetraction/simulation/scene_objects.h"
+#include "tetraction/dynamics/body_sums.h"
 
 #include <fmt/format.h>
 
@@ -79,7 +80,7 @@ Vector initial_positions(const Scene& scene, const MechanicalSystem& system, boo
   const auto check = [&](const char* key) {
     if (checked) check_inversion(scene, system, position, key);
   };
-  const Vector3 center = system.center_of_mass(position);
+  const Vector3 center = center_of_mass(system, position);
   const Vector3& stretch = scene.initial.stretch;
   for (Index v = 0; v < system.vertex_count(); ++v) {
     // A component that is not stretched stays bitwise unchanged.
@@ -268,7 +269,7 @@ Vector static_positions(const Scene& scene, const MechanicalSystem& system, std:
 
 void set_initial_velocity(const Scene& scene, const MechanicalSystem& system, State& state) {
   const InitialSettings& initial = scene.initial;
-  const Vector3 center = system.center_of_mass(state.position);
+  const Vector3 center = center_of_mass(system, state.position);
   Vector velocity(system.dof_count());
   for (Index v = 0; v < system.vertex_count(); ++v) {
     const Vector3 arm = vertex_block(std::as_const(state.position), v) - center;

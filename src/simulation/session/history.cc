@@ -1,4 +1,5 @@
 #include "tetraction/simulation/history.h"
+#include "tetraction/dynamics/body_sums.h"
 
 #include <fmt/format.h>
 
@@ -122,7 +123,7 @@ std::vector<double> HistoryColumns::values(const Session& session) const {
   }
   if (session.system().region_count() > 1) {
     const State& state = session.state();
-    const Vector kinetic = session.system().kinetic_energies_by_region(state.momentum);
+    const Vector kinetic = kinetic_energies_by_region(session.system(), state.momentum);
     const Vector elastic = session.system().elastic_energies_by_region(state.position);
     for (Index r = 0; r < kinetic.size(); ++r) {
       if (path == nullptr) push(kinetic[r]);

@@ -1,5 +1,6 @@
 // Steps that are repeated in smaller ones (time.retry) and steps whose size adapts (time.adapt).
 #include <fmt/format.h>
+#include "tetraction/dynamics/body_sums.h"
 
 #include <algorithm>
 #include <cmath>
@@ -296,7 +297,8 @@ StepOutcome Session::Impl::advance_by_error() {
 
 double Session::Impl::full_energy(const State& at, double& magnitude) const {
   Energies energies = balance->energies();
-  if (!system->energies(at, energies).ok()) return std::numeric_limits<double>::quiet_NaN();
+  if (!evaluate_energies(*system, at, energies).ok())
+    return std::numeric_limits<double>::quiet_NaN();
   double energy = energies.total();
   magnitude = 0.0;
   for (const Energies::Entry& entry : energies.entries()) magnitude += std::abs(entry.value);

@@ -1,6 +1,7 @@
 // The equilibrium of a body as a minimisation.
 #pragma once
 
+#include "tetraction/dynamics/energies.h"
 #include "tetraction/dynamics/problems/potential_problem.h"
 
 namespace tetraction {

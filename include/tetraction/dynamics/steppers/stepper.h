@@ -67,7 +67,7 @@ struct StepOutcome {
   /// s: h |Σ (x − q_k) × r| for midpoint, h |Σ q_{k+1} × r| for backward Euler.
   double residual_angular_impulse = 0.0;
   StepObstacle obstacle = StepObstacle::kSolver;  ///< of a step that did not converge
-  /// MechanicalSystem::balance_shares() of all parts of the body at the end of the step, if the stepper has added
+  /// The balance_shares() of all parts of the body at the end of the step, if the stepper has added
   /// them up together with the numbers above; otherwise empty.
   std::vector<double> balance_sums;
 
