@@ -1,7 +1,4 @@
-"""Command lines, exit codes and the surroundings of the program.
-
-Usage: python3 arguments_test.py PROGRAM DATA_DIRECTORY [unittest arguments]
-"""
+"""Command lines, exit codes and the surroundings of the program."""
 
 import concurrent.futures
 import glob
@@ -11,28 +8,18 @@ import shutil
 import subprocess
 import sys
 import tempfile
-import time
-import unittest
 
-from cli_test import CliTest, own_lines
+sys.path.insert(0, f"{sys.path[0]}/..")
+from support.program import PROGRAM, ProgramTest, main, own_lines
+from support.scenes import plane, tables
 
-PROGRAM, DATA = os.path.abspath(sys.argv[1]), os.path.abspath(sys.argv[2])
 OUTPUTS = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "docs", "outputs.md")
 
 # So small that every command that does run takes a moment.
-SCENE = """
-[mesh]
-generate = { kind = "tetrahedron", size = 1.0 }
-[material]
-youngs_modulus = 1.0e5
-poissons_ratio = 0.3
-[time]
-integrator = "midpoint"
-step = 0.01
-end = 0.01
-[[fix]]
-select = { plane = { axis = "x", at = 0.0 } }
-"""
+SCENE = tables(mesh=dict(generate={"kind": "tetrahedron", "size": 1.0}),
+               material=dict(youngs_modulus=1.0e5, poissons_ratio=0.3),
+               time=dict(integrator="midpoint", step=0.01, end=0.01),
+               fix=[dict(select=plane("x", 0.0))])
 # What each command needs beside options. Studies: one run, and no plots.
 POSITIONALS = {
     ("new",): ["beam"], ("run",): ["scene.toml"], ("static",): ["scene.toml"], ("check",): ["scene.toml"],
@@ -70,13 +57,13 @@ def options_of(text):
     return found
 
 
-class Arguments(CliTest):
+class Arguments(ProgramTest):
     """Malformed command lines, made from the program's own help: one message and a documented code."""
 
     def setUp(self):
         super().setUp()
         self.write("scene.toml", SCENE)
-        self.run_program("mesh", "generate", "box", "box.msh", "--cells", "1,1,1")
+        self.run_program("mesh generate box box.msh --cells 1,1,1")
 
     def commands(self, words=()):
         """Every command, as words, and its options."""
@@ -164,12 +151,12 @@ class Arguments(CliTest):
                 self.assertIn(words, self.refused(2, *line))
         self.assertEqual(sorted(os.listdir(self.folder)), ["box.msh", "scene.toml"])
         # Whoever wants such a name can have it, and numbers may have a minus.
-        self.run_program("run", "scene.toml", "--out=--quiet")
+        self.run_program("run scene.toml --out=--quiet")
         self.assertTrue(os.path.exists(self.path("--quiet", "summary.json")))
-        self.assertIn("not in range 0 to 1024", self.refused(2, "run", "scene.toml", "--threads", "-1"))
+        self.assertIn("not in range 0 to 1024", self.refused(2, "run scene.toml --threads -1"))
 
 
-class ExitCodes(CliTest):
+class ExitCodes(ProgramTest):
     """Each exit code of the table in docs/outputs.md, from the program itself."""
 
     def test_every_documented_code(self):
@@ -186,8 +173,7 @@ class ExitCodes(CliTest):
             4: ["run", "scene.toml", "--out", "/dev/null/out"],
             129: endless, 130: endless, 131: endless, 143: endless,
         }  # fmt: skip
-        with open(OUTPUTS) as file:
-            rows = re.findall(r"^\| ([\d, ]+) \|", file.read(), re.MULTILINE)
+        rows = re.findall(r"^\| ([\d, ]+) \|", self.read(OUTPUTS), re.MULTILINE)
         documented = {int(code) for row in rows for code in row.split(",")}
         self.assertLessEqual({0, 1, 2, 3, 4, 130}, documented)
         self.assertLessEqual(documented, set(commands))
@@ -196,12 +182,9 @@ class ExitCodes(CliTest):
                 if code < 128:
                     self.run_program(*commands[code], code=code)
                     continue
-                program = subprocess.Popen([PROGRAM, *commands[code]], cwd=self.folder,
-                                           stderr=subprocess.PIPE, text=True)  # fmt: skip
+                program = self.start(*commands[code])
                 # Two frames: steps are being made.
-                while len(glob.glob(self.path("endless", "frames", "*.vtu"))) < 2:
-                    self.assertIsNone(program.poll())
-                    time.sleep(0.01)
+                self.wait_for(lambda: len(glob.glob(self.path("endless", "frames", "*.vtu"))) >= 2, program)
                 program.send_signal(code - 128)
                 _, stderr = program.communicate(timeout=120)
                 self.assertEqual(program.returncode, code, stderr)
@@ -209,7 +192,7 @@ class ExitCodes(CliTest):
                 shutil.rmtree(self.path("endless"))
 
 
-class Surroundings(CliTest):
+class Surroundings(ProgramTest):
     """Names of files, the user's environment and the machine."""
 
     def test_names_with_blanks_quotes_and_letters_of_other_languages(self):
@@ -217,14 +200,13 @@ class Surroundings(CliTest):
         os.makedirs(folder)
         scene = os.path.join(folder, "sz ene.toml")
         mesh = os.path.join(folder, "würfel 1.msh")
-        self.run_program("mesh", "generate", "box", mesh, "--cells", "1,1,1")
-        with open(scene, "w") as file:
-            file.write(SCENE.replace('generate = { kind = "tetrahedron", size = 1.0 }',
-                                     'file = "würfel 1.msh"'))  # fmt: skip
+        self.run_program("mesh generate box", mesh, "--cells", "1,1,1")
+        self.write(scene, SCENE.replace('generate = { kind = "tetrahedron", size = 1.0 }',
+                                        'file = "würfel 1.msh"'))
         out = os.path.join(folder, "er gebnis")
         self.run_program("run", scene, "--out", out)
         self.run_program("check", scene)
-        self.run_program("mesh", "convert", mesh, os.path.join(folder, "a b.vtu"))
+        self.run_program("mesh convert", mesh, os.path.join(folder, "a b.vtu"))
         # The folder goes to the program that draws the plots, too.
         plots = os.path.join(folder, "stu die")
         self.run_program("study", scene, "--out", plots, "--integrators", "midpoint", "--steps",
@@ -246,9 +228,8 @@ class Surroundings(CliTest):
 
     def test_home_locale_and_terminal(self):
         self.write("scene.toml", SCENE)
-        self.run_program("run", "scene.toml", "--out", "out")
-        with open(self.path("out", "history.csv")) as file:
-            history = file.read()
+        self.run_program("run scene.toml --out out")
+        history = self.read("out", "history.csv")
         locales = self.path("locales")
         os.mkdir(locales)
         os.mkdir(self.path("home"), 0o500)
@@ -259,9 +240,8 @@ class Surroundings(CliTest):
                             {"LC_ALL": "no_SUCH"}, {"TERM": None}, {"TMPDIR": "/nonexistent"},
                             {"PATH": None}, dict.fromkeys(os.environ)):  # fmt: skip
             with self.subTest(list(environment.items())[:2]):
-                self.run_program("run", "scene.toml", "--out", "out", env=environment)
-                with open(self.path("out", "history.csv")) as file:
-                    self.assertEqual(file.read(), history)
+                self.run_program("run scene.toml --out out", env=environment)
+                self.assertEqual(self.read("out", "history.csv"), history)
         # Without a terminal and without streams: a session of its own, as in a batch system.
         subprocess.run([PROGRAM, "run", "scene.toml", "--out", "out"], cwd=self.folder, check=True,
                        stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
@@ -269,4 +249,4 @@ class Surroundings(CliTest):
 
 
 if __name__ == "__main__":
-    unittest.main(argv=[sys.argv[0], *sys.argv[3:]])
+    main()

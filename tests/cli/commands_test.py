@@ -1,38 +1,21 @@
-"""The commands themselves: streams that cannot be written, files that must not be lost, advice.
+"""The commands themselves: streams that cannot be written, files that must not be lost, advice."""
 
-Usage: python3 commands_test.py PROGRAM DATA_DIRECTORY [unittest arguments]
-"""
-
-import csv
-import itertools
 import json
 import os
 import shutil
 import subprocess
 import sys
-import time
-import unittest
 
-from cli_test import BEAM, CliTest
+sys.path.insert(0, f"{sys.path[0]}/..")
+from support.program import (PROGRAM, DATA, BEAM_MESH, BEAM, BeamTest, ProgramTest, files_below,
+    main, sets)
 
-PROGRAM, DATA = os.path.abspath(sys.argv[1]), os.path.abspath(sys.argv[2])
 ENVIRONMENT = {k: v for k, v in os.environ.items() if k != "OPENBLAS_CORETYPE"}
 # A step above the stability limit: the run warns of it.
 WARNING = ["--set", "time.integrator=verlet", "--set", "time.step=0.0075", "--set", "time.end=0.0075"]
 
 
-def files_below(folder):
-    """What is in a folder: text by path."""
-    result = {}
-    for root, _, names in os.walk(folder):
-        for name in names:
-            path = os.path.join(root, name)
-            with open(path, "rb") as file:
-                result[os.path.relpath(path, folder)] = file.read()
-    return result
-
-
-class Streams(CliTest):
+class Streams(BeamTest):
     def shell(self, command, code):
         """The program by a shell, which can close streams; $0 is the program."""
         result = subprocess.run(
@@ -43,7 +26,6 @@ class Streams(CliTest):
         return result
 
     def test_standard_error_that_cannot_be_written(self):
-        self.write("beam.toml", BEAM)
         warning = " ".join(f"'{word}'" for word in WARNING)
         for stream in ("2>&-", "2>/dev/full"):
             with self.subTest(stream):
@@ -52,16 +34,14 @@ class Streams(CliTest):
                 self.shell(f'"$0" mesh info none.msh {stream}', 3)
                 self.shell(f'"$0" run beam.toml --out /dev/null/out {stream}', 4)
                 self.shell(f'"$0" run beam.toml --out out {warning} {stream}', 0)
-                with open(self.path("out", "summary.json")) as file:
-                    self.assertEqual(json.load(file)["status"], "ok")
+                self.assertEqual(self.read_json("out", "summary.json")["status"], "ok")
                 self.shell(f'"$0" study beam.toml --out s --integrators midpoint --steps 0.05 '
                            f"--no-plots {stream}", 0)  # fmt: skip
         # Such a run does warn.
         self.assertIn("warning", self.shell(f'"$0" run beam.toml --out out {warning}', 0).stderr)
 
     def test_lost_results_are_an_error(self):
-        self.write("beam.toml", BEAM)
-        self.run_program("mesh", "generate", "box", self.path("box.msh"))
+        self.run_program("mesh generate box box.msh")
         commands = [
             "--help", "--version", "run --help", "mesh generate box --help",
             "run beam.toml --out out", "run beam.toml --out out --json", "check beam.toml",
@@ -84,7 +64,6 @@ class Streams(CliTest):
                    "solver.tolerance=1e-13 --set time.step=0.1 >/dev/full", 1)  # fmt: skip
 
     def test_a_pipe_that_nobody_reads(self):
-        self.write("beam.toml", BEAM)
         for command in ("--help", "check beam.toml --json", "run beam.toml --out out"):
             with self.subTest(command):
                 read, write = os.pipe()
@@ -98,7 +77,6 @@ class Streams(CliTest):
 
     def test_closed_streams_do_not_end_in_files(self):
         """The first file that is opened must not become standard output."""
-        self.write("beam.toml", BEAM)
         self.shell('"$0" run beam.toml --out out --threads 1', 0)
         before = files_below(self.path("out"))
         for streams in (">&-", "2>&-", ">&- 2>&-", "<&- >&- 2>&-"):
@@ -112,7 +90,6 @@ class Streams(CliTest):
 
 
     def test_files_beyond_the_limit_of_the_shell(self):
-        self.write("beam.toml", BEAM)
         for command in ("run beam.toml --out out", "mesh generate cube cube.vtu --cells 20",
                         "mesh generate cube cube.msh --cells 20",
                         "mesh generate cube cube.vtk --cells 20"):  # fmt: skip
@@ -123,21 +100,20 @@ class Streams(CliTest):
                 self.assertNotIn("free space", result.stderr)
 
 
-class Advice(CliTest):
+class Advice(BeamTest):
     def test_mistyped_commands_and_options(self):
-        scene = self.write("beam.toml", BEAM)
         for arguments, part in (
             (["rnu"], "did you mean run?"),
-            (["rnu", scene, "--out", "out"], "did you mean run?"),
-            (["--threads", "1", "stduy", scene], "did you mean study?"),
+            (["rnu", "beam.toml", "--out", "out"], "did you mean run?"),
+            (["--threads", "1", "stduy", "beam.toml"], "did you mean study?"),
             (["fly"], "run, static, modes, study, check, mesh, keys or view"),
             ([], "run, static, modes, study, check, mesh, keys or view"),
             (["mesh", "inof", "a.msh"], "did you mean info?"),
             (["mesh"], "info, convert or generate"),
             (["mesh", "generate", "bxo", "a.msh"], "did you mean box?"),
-            (["run", scene, "--ot", "out"], "did you mean --out?"),
-            (["run", scene, "--jsn"], "did you mean --json?"),
-            (["study", scene, "--step=1"], "did you mean --steps?"),
+            (["run", "beam.toml", "--ot", "out"], "did you mean --out?"),
+            (["run", "beam.toml", "--jsn"], "did you mean --json?"),
+            (["study", "beam.toml", "--step=1"], "did you mean --steps?"),
             (["run"], "scene is required"),
             (["study"], "scene is required"),
             (["study", "--quiet"], "scene is required"),
@@ -146,7 +122,7 @@ class Advice(CliTest):
                 self.assertIn(part, self.refused(2, *arguments))
 
     def test_keys(self):
-        one = self.run_program("keys", "damping").stdout
+        one = self.run_program("keys damping").stdout
         self.assertIn("| `viscosity` | number, Pa s | `0` |", one)
         everything = self.run_program("keys").stdout
         self.assertIn(one, everything)
@@ -164,31 +140,30 @@ class Advice(CliTest):
                 table = self.run_program("keys", section).stdout
                 self.assertIn(f"| `{key}` |", table)
                 self.assertIn(f"[{section}]\n{table}", everything)
-        self.assertIn("did you mean damping?", self.refused(2, "keys", "dampin"))
+        self.assertIn("did you mean damping?", self.refused(2, "keys dampin"))
 
     def test_helps(self):
         for command in ("run", "study", "check", "view"):
             self.assertIn("--threads", self.run_program(command, "--help").stdout, command)
         for kind, size, cells in (("beam", "4,1,1", "40,9,9"), ("box", "1,1,1", "4,4,4")):
-            text = self.run_program("mesh", "generate", kind, "--help").stdout
+            text = self.run_program("mesh generate", kind, "--help").stdout
             self.assertRegex(text, rf"--size [^\n]*={size}\s")
             self.assertRegex(text, rf"--cells [^\n]*={cells}\s")
             self.assertEqual("40,9,9" in text, kind == "beam")
 
     def test_threads_before_and_behind_the_command(self):
-        scene = self.write("beam.toml", BEAM)
-        for arguments in (["--threads", "1", "run", scene], ["run", scene, "--threads", "1"],
-                          ["run", "--threads=1", scene]):  # fmt: skip
+        for arguments in (["--threads", "1", "run", "beam.toml"], ["run", "beam.toml", "--threads", "1"],
+                          ["run", "--threads=1", "beam.toml"]):  # fmt: skip
             result = self.run_program(*arguments, "--json", "--out", self.path("out"))
             self.assertEqual(json.loads(result.stdout)["threads"], 1)
-        self.refused(2, "run", scene, "--threads", "-1")
-        self.run_program("mesh", "generate", "box", self.path("a.msh"), "--threads", "1")
+        self.refused(2, "run beam.toml --threads -1")
+        self.run_program("mesh generate box a.msh --threads 1")
 
     def test_endings_that_no_mesh_has(self):
         self.write("part.stl", "solid")
         self.write("part", "nothing")
         box = self.path("box.msh")
-        self.run_program("mesh", "generate", "box", box)
+        self.run_program(f"mesh generate box {box}")
         for name in ("part.stl", "part"):
             for arguments in (["mesh", "info", name], ["mesh", "convert", name, "out.msh"],
                               ["mesh", "convert", box, name], ["mesh", "generate", "box", name]):  # fmt: skip
@@ -196,287 +171,74 @@ class Advice(CliTest):
                     self.assertIn("ending", self.refused(2, *arguments))
         scene = self.write("scene.toml", '[mesh]\nfile = "part.stl"\n[material]\n'
                            "youngs_modulus = 1e5\npoissons_ratio = 0.3\n")  # fmt: skip
-        self.assertIn("ending", self.refused(2, "check", scene))
+        self.assertIn("ending", self.refused(2, f"check {scene}"))
 
     def test_missing_files(self):
-        message = self.refused(3, "mesh", "info", "missing.msh")
+        message = self.refused(3, "mesh info missing.msh")
         self.assertIn("missing.msh: no such file", message)
         self.assertNotIn("scene", message)
         scene = self.write("scene.toml", '[mesh]\nfile = "missing.msh"\n[material]\n'
                            "youngs_modulus = 1e5\npoissons_ratio = 0.3\n")  # fmt: skip
-        self.assertIn("mesh.file", self.refused(3, "check", scene))
+        self.assertIn("mesh.file", self.refused(3, f"check {scene}"))
 
     def test_quiet_runs_do_not_speak_of_the_blas(self):
         slow = {"OPENBLAS_CORETYPE": "Prescott"}
         if "Prescott" not in self.run_program("--version", env=slow).stdout:
             self.skipTest("OpenBLAS has no such kernels here")
-        with open("/proc/cpuinfo") as file:
-            if " avx2 " not in file.read():
-                self.skipTest("the processor has nothing better")
-        scene = self.write("beam.toml", BEAM)
-        run = ["run", scene, "--out", self.path("out"), "--quiet"]
+        if " avx2 " not in self.read("/proc/cpuinfo"):
+            self.skipTest("the processor has nothing better")
+        run = ["run", "beam.toml", "--out", self.path("out"), "--quiet"]
         self.assertEqual(self.run_program(*run, env=slow).stderr, "")
-        with open(self.path("out", "summary.json")) as file:
-            self.assertIn("OPENBLAS_CORETYPE", json.load(file)["warnings"][0])
+        self.assertIn("OPENBLAS_CORETYPE", self.read_json("out", "summary.json")["warnings"][0])
         # What concerns the results is still told.
         warned = self.run_program(*run, *WARNING, env=slow).stderr
         self.assertIn("h_crit", warned)
         self.assertNotIn("OPENBLAS", warned)
-        study = ["study", scene, "--steps", "0.05", "--integrators", "midpoint", "--no-plots"]
+        study = ["study", "beam.toml", "--steps", "0.05", "--integrators", "midpoint", "--no-plots"]
         self.assertEqual(
             self.run_program(*study, "--out", self.path("s"), "--quiet", env=slow).stderr, ""
         )
 
     def test_scales_that_are_none(self):
-        self.run_program("mesh", "generate", "box", "box.msh")
+        self.run_program("mesh generate box box.msh")
         for scale in ("0", "-1", "nan", "inf", ""):
             with self.subTest(scale):
-                message = self.refused(2, "mesh", "convert", "box.msh", "x.msh", "--scale", scale)
+                message = self.refused(2, "mesh convert box.msh x.msh --scale", scale)
                 self.assertLess(len(message), 300)
         for scale in ("1e308", "1e-300"):
-            message = self.refused(3, "mesh", "convert", "box.msh", "x.msh", "--scale", scale)
-            self.assertIn("scale", message)
-        scene = self.write("beam.toml", BEAM)
-        self.refused(2, "study", scene, "--reference-step", "0", "--out", "s")
+            self.refused(3, "mesh convert box.msh x.msh --scale", scale, says="scale")
+        self.refused(2, "study beam.toml --reference-step 0 --out s")
 
     def test_nothing_is_minus_zero(self):
         scene = self.write("beam.toml", BEAM.replace('"gravity"', '"none"'))
-        result = self.run_program("run", scene, "--out", self.path("out"))
+        result = self.run_program(f"run {scene} --out out")
         self.assertIn("environment 0,", result.stdout)
-        with open(self.path("out", "history.csv")) as file:
-            self.assertNotIn(",-0,", file.read())
+        self.assertNotIn(",-0,", self.read("out", "history.csv"))
 
     def test_the_summary_names_the_directory_of_its_run(self):
-        scene = self.write("beam.toml", BEAM)
-        result = self.run_program("run", scene, "--out", "there", "--json")
+        result = self.run_program("run beam.toml --out there --json")
         self.assertEqual(json.loads(result.stdout)["scene"]["output"]["directory"], "there")
-        with open(self.path("there", "summary.json")) as file:
-            self.assertEqual(json.load(file)["scene"]["output"]["directory"], "there")
-        self.run_program("study", scene, "--out", "s", "--steps", "0.05", "--integrators",
-                         "midpoint", "--no-plots")  # fmt: skip
-        with open(self.path("s", "midpoint-0.05", "summary.json")) as file:
-            directory = json.load(file)["scene"]["output"]["directory"]
+        self.assertEqual(self.read_json("there", "summary.json")["scene"]["output"]["directory"], "there")
+        self.run_program("study beam.toml --out s --steps 0.05 --integrators midpoint --no-plots")
+        directory = self.read_json("s", "midpoint-0.05", "summary.json")["scene"]["output"]["directory"]
         self.assertEqual(directory, "s/midpoint-0.05")
 
     def test_empty_arguments(self):
-        scene = self.write("beam.toml", BEAM)
-        for arguments, code in ((["run", ""], 3), (["run", scene, "--out", ""], 2),
-                                (["study", scene, "--out", ""], 2), (["mesh", "info", ""], 2),
-                                (["study", scene, "--vary", ""], 2),
-                                (["study", scene, "--integrators", ""], 2),
-                                (["check", ""], 3), (["run", scene, "--set", ""], 2),
+        for arguments, code in ((["run", ""], 3), (["run", "beam.toml", "--out", ""], 2),
+                                (["study", "beam.toml", "--out", ""], 2), (["mesh", "info", ""], 2),
+                                (["study", "beam.toml", "--vary", ""], 2),
+                                (["study", "beam.toml", "--integrators", ""], 2),
+                                (["check", ""], 3), (["run", "beam.toml", "--set", ""], 2),
                                 ([""], 2), (["mesh", "convert", "", ""], 2)):  # fmt: skip
             with self.subTest(arguments):
                 self.refused(code, *arguments)
         self.assertFalse(os.path.exists(self.path("out")))
 
 
-def cubes_msh(places, groups=()):
-    """Unit cubes of six tetrahedra each, which share the vertices in which they touch, as an .msh file.
-
-    `groups`: names of physical volumes and the places of their cubes; other cubes have none.
-    """
-    ids, tetrahedra = {}, []
-    for place in places:
-        tag = next((i + 1 for i, (_, own) in enumerate(groups) if place in own), 0)
-        for axes in itertools.permutations(range(3)):
-            is_odd = sum(a > b for a, b in itertools.combinations(axes, 2)) % 2 == 1
-            corner = list(place)
-            corners = [ids.setdefault(tuple(corner), len(ids) + 1)]
-            for axis in axes:
-                corner[axis] += 1
-                corners.append(ids.setdefault(tuple(corner), len(ids) + 1))
-            if is_odd:
-                corners[2:] = reversed(corners[2:])
-            tetrahedra.append((tag, corners))
-    lines = ["$MeshFormat", "2.2 0 8", "$EndMeshFormat"]
-    if groups:
-        lines += ["$PhysicalNames", str(len(groups))]
-        lines += [f'3 {i + 1} "{name}"' for i, (name, _) in enumerate(groups)] + ["$EndPhysicalNames"]
-    lines += ["$Nodes", str(len(ids))]
-    lines += [f"{i} {x} {y} {z}" for (x, y, z), i in ids.items()] + ["$EndNodes", "$Elements"]
-    lines.append(str(len(tetrahedra)))
-    for i, (tag, corners) in enumerate(tetrahedra):
-        lines.append(f"{i + 1} 4 2 {tag} {tag} " + " ".join(map(str, corners)))
-    return "\n".join([*lines, "$EndElements", ""])
-
-
-CUBES = """
-[mesh]
-file = "cubes.msh"
-[material]
-youngs_modulus = 1.0e6
-poissons_ratio = 0.3
-"""
-CLAMP = """
-[[fix]]
-select = { box = { min = [0, 0, 0], max = [0, 1, 1] } }
-"""
-
-
-class CheckFacts(CliTest):
-    """What `check` says of loads, supports, free motions and inertia."""
-
-    def check(self, scene, *arguments):
-        return json.loads(self.run_program("check", scene, "--json", *arguments).stdout)
-
-    def line(self, text, key):
-        lines = [line for line in text.splitlines() if line.startswith(f"  {key}: ")]
-        self.assertEqual(len(lines), 1, text)
-        return lines[0]
-
-    def test_loads_and_supports_have_a_line_each(self):
-        scene = self.write("beam.toml", BEAM + """
-[[traction]]
-select = { plane = { axis = "x", at = 4.0 } }
-vector = [0.0, -3.0, 0.0]
-[[pressure]]
-select = { surface = true }
-value = 1000.0
-amplitude = "later"
-[[amplitude]]
-name = "later"
-points = [[0.5, 0.0], [1.0, 1.0]]
-[[fix]]
-select = { nearest = [4.0, 1.0, 1.0] }
-mode = "penalty"
-penalty = 50.0
-[[constraint]]
-kind = "distance"
-vertices = [0, 8]
-""")  # fmt: skip
-        text = self.run_program("check", scene).stdout
-        self.assertEqual(
-            self.line(text, "traction.0"),
-            "  traction.0: 8 triangles, 1 m2, open, its rim has 8 edges, 4 m long, free; resultant "
-            "(0, -3, 0) N, moment (1.5, 0, -12) N m",
-        )
-        self.assertEqual(
-            self.line(text, "pressure.0").split("; ")[:2],
-            ["  pressure.0: 1000 Pa on 144 triangles, 18 m2, closed around 4 m3",
-             "resultant (0, 0, 0) N, moment (0, 0, 0) N m"],
-        )  # fmt: skip
-        self.assertIn('; factor 0 at t = 0 (amplitude "later")', self.line(text, "pressure.0"))
-        self.assertIn("gravity; resultant (0, -39240, 0) N", self.line(text, "environment"))
-        self.assertEqual(self.line(text, "fix.0"),
-                         "  fix.0: 9 vertices (8 triangles, 1 m2) held in x, y, z")  # fmt: skip
-        self.assertIn("springs of 100 N/m", self.line(text, "fix.1"))
-        self.assertIn("vertices 0 and 8 stay 4 m apart", self.line(text, "constraint.0"))
-        report = self.check(scene)
-        traction, pressure = report["loads"]
-        self.assertEqual(traction["rim"],
-                         {"edges": 8, "length": 4.0, "held_edges": 0, "partly_held_edges": 0})  # fmt: skip
-        self.assertEqual((pressure["closed"], pressure["factor"]), (True, 0.0))
-        self.assertAlmostEqual(pressure["enclosed_volume"], 4.0, delta=1e-12)
-        self.assertEqual([s["kind"] for s in report["supports"]], ["fix", "springs", "distance"])
-        self.assertEqual(report["free_motions"], [])
-        self.assertAlmostEqual(report["environment"]["resultant"][1], -39240, delta=1e-8)
-
-    def test_free_motions_are_named(self):
-        free = BEAM.replace('[[fix]]\nselect = { plane = { axis = "x", at = 0.0 } }', "")
-        scene = self.write("free.toml", free)
-        text = self.run_program("check", scene).stdout
-        self.assertIn("\nsupports: none\n", text)
-        self.assertIn("  free motions: move along x, move along y, move along z, rotate about x, "
-                      "rotate about y, rotate about z\n", text)  # fmt: skip
-        guided = self.write("guided.toml", free + """
-[[fix]]
-select = { plane = { axis = "y", at = 0.0 } }
-components = "y"
-""")  # fmt: skip
-        self.assertEqual(self.check(guided)["free_motions"],
-                         ["move along x", "move along z",
-                          "rotate about the line through (2, 0.5, 0.5) along y"])  # fmt: skip
-
-    def test_a_load_on_held_vertices_is_told_of(self):
-        scene = self.write("beam.toml", BEAM + """
-[[traction]]
-select = { plane = { axis = "x", at = 0.0 } }
-vector = [0.0, -3.0, 0.0]
-""")  # fmt: skip
-        result = self.run_program("check", scene)
-        self.assertIn("traction.0: all of its vertices are held", result.stderr)
-
-    def test_a_pressure_on_a_group_of_tetrahedra(self):
-        groups = [("core", [(1, 0, 0)]), ("rest", [(0, 0, 0), (2, 0, 0)])]
-        self.write("cubes.msh", cubes_msh([(0, 0, 0), (1, 0, 0), (2, 0, 0)], groups))
-        scene = self.write("scene.toml", CUBES + CLAMP +
-                           '[[pressure]]\nselect = { group = "core" }\nvalue = 1.0\n')  # fmt: skip
-        said = ('the group "core" consists of tetrahedra. The pressure acts on the 8 triangles of the '
-                "body's boundary whose corners are all in the group, and not on the 4 faces of the "
-                "group inside the body.")  # fmt: skip
-        for command in (["check", scene], ["run", scene, "--out", "r"], ["static", scene, "--out", "s"]):
-            with self.subTest(command[0]):
-                self.assertEqual(self.run_program(*command).stderr.count(said), 1)
-        # Of a group that is the whole body there is nothing to say.
-        self.write("cubes.msh", cubes_msh([(0, 0, 0)], [("core", [(0, 0, 0)])]))
-        self.assertNotIn("consists of", self.run_program("check", scene).stderr)
-        # A group without a triangle of the boundary is refused.
-        places = list(itertools.product(range(3), repeat=3))
-        self.write("cubes.msh", cubes_msh(places, [("core", [(1, 1, 1)])]))
-        self.assertIn("selects no triangle", self.refused(2, "check", scene))
-
-    def test_mechanisms(self):
-        self.write("cubes.msh", cubes_msh([(0, 0, 0), (1, 1, 0)]))
-        scene = self.write("scene.toml", CUBES + CLAMP)
-        place = "touch only in the vertices 3, 4 on the line through (1, 1, 0) along z"
-        result = self.run_program("check", scene)
-        self.assertIn("the body is a mechanism", result.stderr)
-        self.assertIn(place, result.stderr)
-        self.assertIn("  mechanism: pieces that share no face", result.stdout)
-        self.assertIn(", 1 mechanism mode", result.stdout)
-        report = self.check(scene)
-        self.assertEqual((report["parts"], report["pieces"]), (1, 2))
-        self.assertEqual(report["mechanisms"],
-                         [{"vertex": 1, "pieces": 2, "motions": 1, "free_motions": 1,
-                           "joints": [3, 4]}])  # fmt: skip
-        message = self.refused(2, "static", scene, "--out", "s")
-        self.assertIn("turn in itself as a mechanism", message)
-        self.assertIn(place, message)
-        result = self.run_program("modes", scene, "-n", "3", "--out", "m")
-        self.assertIn("the body is a mechanism", result.stderr)
-        with open(self.path("m", "modes.csv"), newline="") as file:
-            rows = list(csv.DictReader(file))
-        self.assertEqual([row["kind"] for row in rows], ["mechanism", "elastic", "elastic"])
-        self.assertEqual(float(rows[0]["frequency"]), 0.0)
-        # Both cubes are held: it is told of, and nothing warns.
-        held = self.write("held.toml", CUBES + CLAMP + CLAMP.replace(
-            "min = [0, 0, 0], max = [0, 1, 1]", "min = [2, 2, 0], max = [2, 2, 1]"))  # fmt: skip
-        result = self.run_program("check", held)
-        self.assertNotIn("mechanism", result.stderr)
-        self.assertIn("; the supports hold them", result.stdout)
-        self.assertNotIn("mechanism", self.run_program("static", held, "--out", "h").stderr)
-
-    def test_inertia(self):
-        report = self.check(self.write("beam.toml", BEAM))
-        for value, exact in zip(report["inertia"]["moments"], (4000 * 2 / 12, *2 * [4000 * 17 / 12])):
-            self.assertAlmostEqual(value, exact, delta=1e-8)
-        for product in report["inertia"]["products"]:
-            self.assertAlmostEqual(product, 0.0, delta=1e-8)
-        self.assertGreater(max(map(abs, report["lumped_inertia"]["products"])), 1.0)
-        text = self.run_program("check", self.path("beam.toml")).stdout
-        self.assertIn("lumping adds products of inertia", text)
-
-    def test_a_histogram_of_equal_elements(self):
-        self.run_program("mesh", "generate", "cube", self.path("cube.vtu"), "--cells", "2")
-        text = self.run_program("mesh", "info", self.path("cube.vtu")).stdout
-        self.assertRegex(text, r"\n  scaled Jacobian: 0\.\d+ in every element\n")
-        self.assertNotIn(" – ", text)
-        # Elements that differ a little: each row of the histogram has bounds of its own.
-        self.run_program("mesh", "generate", "cube", self.path("cube.msh"), "--cells", "2")
-        with open(self.path("cube.msh")) as file:
-            moved = file.read().replace("0.5 0.5 0.5", "0.5 0.5 0.5001")
-        self.write("moved.msh", moved)
-        text = self.run_program("mesh", "info", self.path("moved.msh")).stdout
-        rows = [line.split()[0] for line in text.splitlines() if " – " in line]
-        self.assertEqual(len(rows), 10)
-        self.assertEqual(len(set(rows)), 10, text)
-
-
-class Overwriting(CliTest):
+class Overwriting(BeamTest):
     def test_a_conversion_does_not_overwrite_its_input(self):
-        self.run_program("mesh", "generate", "box", self.path("a.msh"))
-        self.run_program("mesh", "generate", "box", self.path("t.node"))
+        self.run_program("mesh generate box a.msh")
+        self.run_program("mesh generate box t.node")
         os.symlink("a.msh", self.path("link.msh"))
         os.link(self.path("a.msh"), self.path("hard.msh"))
         os.mkdir(self.path("sub"))
@@ -489,26 +251,26 @@ class Overwriting(CliTest):
             ("t.node", "./t.node"),
         ):  # fmt: skip
             with self.subTest(source, target=target):
-                self.assertIn("overwritten", self.refused(2, "mesh", "convert", source, target))
+                self.assertIn("overwritten", self.refused(2, "mesh convert", source, target))
         self.assertEqual(files_below(self.folder), before)
-        self.run_program("mesh", "convert", "a.msh", "b.msh")
-        self.run_program("mesh", "convert", "a.msh", "b.msh")  # another file may be
+        self.run_program("mesh convert a.msh b.msh")
+        self.run_program("mesh convert a.msh b.msh")  # another file may be
 
     def groups(self, *arguments):
-        info = json.loads(self.run_program("mesh", "info", *arguments, "--json").stdout)
+        info = self.json_of("mesh info", *arguments)
         return {g["name"]: (g["dimension"], g["vertices"], g["tetrahedra"]) for g in info["groups"]}
 
     def test_conversions_keep_groups_or_say_what_they_lose(self):
         part = os.path.join(DATA, "serpentine_spring.msh")
         before = self.groups(part)
         self.assertEqual(set(before), {"body", "clamp", "tip"})
-        result = self.run_program("mesh", "convert", part, "out.msh")
+        result = self.run_program(f"mesh convert {part} out.msh")
         self.assertNotIn("lost", result.stderr)
         self.assertEqual(self.groups("out.msh"), before)
         for ending, lost in (("vtu", set(before)), ("vtk", set(before)), ("node", set(before)),
                              ("veg", {"clamp", "tip"})):  # fmt: skip
             with self.subTest(ending):
-                result = self.run_program("mesh", "convert", part, "out." + ending)
+                result = self.run_program(f"mesh convert {part}", "out." + ending)
                 lines = [l for l in result.stderr.splitlines() if "warning" in l]
                 # The elements of a .veg file without named sets have no region.
                 self.assertEqual(["regions of" in l for l in lines],
@@ -517,28 +279,27 @@ class Overwriting(CliTest):
                     self.assertEqual(f"{name}" in lines[0].split("lost", 1)[1].split(".")[0],
                                      name in lost, name)  # fmt: skip
         # A mesh without groups has none to lose.
-        self.run_program("mesh", "generate", "box", "box.vtu")
-        self.assertEqual(self.run_program("mesh", "convert", "box.vtu", "box.vtk").stderr, "")
+        self.run_program("mesh generate box box.vtu")
+        self.assertEqual(self.run_program("mesh convert box.vtu box.vtk").stderr, "")
 
     def test_a_run_does_not_overwrite_its_own_mesh(self):
-        scene = self.write("beam.toml", BEAM)
-        self.run_program("run", scene, "--out", "first", "--quiet")
+        self.run_program("run beam.toml --out first --quiet")
         again = self.write("again.toml", BEAM.replace(
-            'generate = { kind = "beam", size = [4, 1, 1], cells = [8, 2, 2] }',
+            BEAM_MESH,
             'file = "first/final.vtu"'))  # fmt: skip
         before = files_below(self.path("first"))
-        self.assertIn("overwritten", self.refused(2, "run", again, "--out", "first"))
-        self.assertIn("overwritten", self.refused(2, "run", again, "--out", "./first/../first"))
+        self.assertIn("overwritten", self.refused(2, f"run {again} --out first"))
+        self.assertIn("overwritten", self.refused(2, f"run {again} --out ./first/../first"))
         frame = ["--set", "mesh.file=first/frames/frame_000000.vtu"]
-        self.assertIn("overwritten", self.refused(2, "run", again, "--out", "first", *frame))
+        self.assertIn("overwritten", self.refused(2, f"run {again} --out first", *frame))
         self.assertEqual(files_below(self.path("first")), before)
-        self.run_program("run", again, "--out", "second", "--quiet")
+        self.run_program(f"run {again} --out second --quiet")
 
     def test_no_input_is_overwritten_whatever_its_name(self):
-        body = BEAM.replace('generate = { kind = "beam", size = [4, 1, 1], cells = [8, 2, 2] }',
+        body = BEAM.replace(BEAM_MESH,
                             'file = "%s"')  # fmt: skip
-        self.run_program("mesh", "generate", "beam", "beam.vtu", "--cells", "8,2,2", "--size", "4,1,1")
-        self.run_program("mesh", "convert", "beam.vtu", "beam.node")
+        self.run_program("mesh generate beam beam.vtu --cells 8,2,2 --size 4,1,1")
+        self.run_program("mesh convert beam.vtu beam.node")
         table = "0,0\n1,1\n"
         ramp = '[[amplitude]]\nname = "ramp"\nfile = "%s"\n'
         field = '[initial.displacement]\nfile = "%s"\n'
@@ -571,36 +332,32 @@ class Overwriting(CliTest):
                     self.assertEqual(files_below(self.path("out")), before)
 
     def test_the_same_file_under_another_name(self):
-        self.run_program("mesh", "generate", "beam", "beam.node", "--cells", "4,1,1", "--size", "4,1,1")
+        self.run_program("mesh generate beam beam.node --cells 4,1,1 --size 4,1,1")
         scene = self.write("beam.toml", BEAM.replace(
-            'generate = { kind = "beam", size = [4, 1, 1], cells = [8, 2, 2] }', 'file = "beam.node"'))  # fmt: skip
+            BEAM_MESH, 'file = "beam.node"'))  # fmt: skip
         for source in ("beam.toml", "beam.node", "beam.ele"):
             with self.subTest(source):
                 os.makedirs(self.path("out"), exist_ok=True)
                 os.link(self.path(source), self.path("out", "history.csv"))
-                self.assertIn("would be overwritten", self.refused(2, "run", scene, "--out", "out"))
+                self.assertIn("would be overwritten", self.refused(2, f"run {scene} --out out"))
                 shutil.rmtree(self.path("out"))
         # The link is the input, and would be replaced.
         os.makedirs(self.path("out"))
         os.symlink(scene, self.path("out", "summary.json"))
-        self.assertIn("would be overwritten",
-                      self.refused(2, "run", "out/summary.json", "--out", "out"))  # fmt: skip
+        self.refused(2, "run out/summary.json --out out", says="would be overwritten")
         # This link is not: it is replaced, and what it names stays.
-        with open(scene, encoding="utf-8") as file:
-            before = file.read()
-        self.run_program("run", scene, "--out", "out", "--quiet")
+        before = self.read(scene)
+        self.run_program(f"run {scene} --out out --quiet")
         self.assertFalse(os.path.islink(self.path("out", "summary.json")))
-        with open(scene, encoding="utf-8") as file:
-            self.assertEqual(file.read(), before)
+        self.assertEqual(self.read(scene), before)
         # Inputs beside the results, with names that no result has.
         shutil.copy(scene, self.path("out", "scene.toml"))
         for ending in (".node", ".ele"):
             shutil.copy(self.path("beam" + ending), self.path("out"))
-        self.run_program("run", "out/scene.toml", "--out", "out", "--quiet")
+        self.run_program("run out/scene.toml --out out --quiet")
 
     def test_a_study_replaces_an_earlier_one(self):
-        scene = self.write("beam.toml", BEAM)
-        study = ["study", scene, "--out", "s"]
+        study = ["study", "beam.toml", "--out", "s"]
         first = self.run_program(*study, "--steps", "0.025,0.05", "--integrators", "midpoint")
         self.assertNotIn("earlier", first.stderr)
         names = set(os.listdir(self.path("s")))
@@ -610,7 +367,7 @@ class Overwriting(CliTest):
         before = files_below(self.path("s"))
         self.refused(2, *study, "--steps", "7", "--quiet")
         self.refused(2, *study, "--set", "fix.0.select={all=true}")
-        self.refused(3, "study", self.path("none.toml"), "--out", "s")
+        self.refused(3, "study none.toml --out s")
         self.assertEqual(files_below(self.path("s")), before)
         for name in ("notes.txt", os.path.join("midpoint-0.025", "figure.png")):
             self.write(os.path.join("s", name), "mine")
@@ -626,18 +383,13 @@ class Overwriting(CliTest):
              "study_runs.csv", "midpoint-0.5/history.csv"},
         )  # fmt: skip
         # A study that is cut off leaves word of what it began.
-        process = subprocess.Popen(
-            [PROGRAM, *study, "--steps", "1e-5", "--integrators", "midpoint", "--quiet"],
-            cwd=self.folder, env=ENVIRONMENT, stderr=subprocess.DEVNULL,
-        )  # fmt: skip
+        process = self.start(*study, "--steps", "1e-5", "--integrators", "midpoint", "--quiet")
         folder = self.path("s", "midpoint-1e-05")
-        while process.poll() is None and not os.path.exists(os.path.join(folder, "frames.pvd")):
-            time.sleep(0.01)
+        self.wait_for_file(process, folder, "frames.pvd")
         process.kill()
         process.wait()
         self.assertFalse(os.path.exists(self.path("s", "midpoint-0.02")))
-        with open(self.path("s", "study.json")) as file:
-            self.assertIn("not ended", json.load(file)["message"])
+        self.assertIn("not ended", self.read_json("s", "study.json")["message"])
         # As if it had been killed while it wrote.
         for name in (os.path.join("frames", "frame_000007.vtu.part"), "frames.pvd.part"):
             self.write(os.path.join(folder, name), "half")
@@ -645,24 +397,22 @@ class Overwriting(CliTest):
         self.assertFalse(os.path.exists(folder))
 
     def test_runs_and_studies_do_not_mix(self):
-        scene = self.write("beam.toml", BEAM)
-        study = ["study", scene, "--steps", "0.05", "--integrators", "midpoint", "--no-plots"]
-        self.run_program("run", scene, "--out", "r", "--quiet")
+        study = ["study", "beam.toml", "--steps", "0.05", "--integrators", "midpoint", "--no-plots"]
+        self.run_program("run beam.toml --out r --quiet")
         before = files_below(self.path("r"))
         self.assertIn("results of a run", self.refused(2, *study, "--out", "r"))
         self.assertEqual(files_below(self.path("r")), before)
-        self.run_program("run", scene, "--out", "r", "--quiet")  # again: its own it replaces
+        self.run_program("run beam.toml --out r --quiet")  # again: its own it replaces
         self.run_program(*study, "--out", "s", "--quiet")
-        self.assertIn("results of a study", self.refused(2, "run", scene, "--out", "s"))
+        self.assertIn("results of a study", self.refused(2, "run beam.toml --out s"))
 
     def test_a_study_of_the_same_twice(self):
-        scene = self.write("beam.toml", BEAM)
-        study = ["study", scene, "--steps", "0.05", "--out", "s", "--no-plots"]
+        study = ["study", "beam.toml", "--steps", "0.05", "--out", "s", "--no-plots"]
         self.assertIn("twice", self.refused(2, *study, "--integrators", "midpoint,midpoint"))
         self.assertIn("twice", self.refused(2, *study, "--vary", "material.density=900,900"))
 
 
-class NewProject(CliTest):
+class NewProject(ProgramTest):
     def test_everything_in_it_works(self):
         told = self.run_program("new", "my first beam").stdout
         self.assertIn("tetraction check scene.toml", told)
@@ -670,39 +420,37 @@ class NewProject(CliTest):
         self.assertEqual(sorted(os.listdir(folder)), ["README.md", "beam.msh", "scene.toml"])
         scene = os.path.join(folder, "scene.toml")
         self.run_program("check", scene)
-        result = self.run_program("run", scene, "--out", "results", "--set", "time.end=0.02")
+        result = self.run_program("run", scene, "--out", "results", *sets("time.end=0.02"))
         warnings = [line for line in result.stderr.splitlines()
                     if "warning" in line and "OPENBLAS" not in line]  # fmt: skip
         self.assertEqual(warnings, [])
         with open(self.path("results", "probes.csv")) as file:
             self.assertIn("tip_y", file.readline())
         self.run_program("static", scene, "--out", "equilibrium")
-        with open(os.path.join(folder, "README.md")) as file:
-            self.assertTrue(file.read().startswith("# my first beam\n"))
+        self.assertTrue(self.read(os.path.join(folder, "README.md")).startswith("# my first beam\n"))
 
     def test_keys_in_comments_can_be_used(self):
-        self.run_program("new", "beam")
+        self.run_program("new beam")
         path = self.path("beam", "scene.toml")
-        with open(path) as file:
-            lines = file.read().splitlines()
+        lines = self.read(path).splitlines()
         begin = lines.index("[mesh]")
         comments = [i for i, line in enumerate(lines) if i > begin and line.startswith("# ")]
         self.assertGreater(len(comments), 3)
         for i in comments:
             lines[i] = lines[i][2:].replace('unit = "mm"', 'unit = "m"')
         self.write("all.toml", "\n".join(lines).replace("beam.msh", "beam/beam.msh"))
-        self.run_program("check", "all.toml")
+        self.run_program("check all.toml")
 
     def test_folders_that_hold_something_stay_as_they_are(self):
         os.mkdir(self.path("taken"))
         self.write("taken/notes.txt", "mine")
-        self.assertIn("not an empty folder", self.refused(2, "new", "taken"))
+        self.assertIn("not an empty folder", self.refused(2, "new taken"))
         self.assertEqual(os.listdir(self.path("taken")), ["notes.txt"])
-        self.refused(2, "new", "taken/notes.txt")
+        self.refused(2, "new taken/notes.txt")
         os.mkdir(self.path("empty"))
-        self.run_program("new", "empty")
-        self.refused(4, "new", "/proc/nowhere")
+        self.run_program("new empty")
+        self.refused(4, "new /proc/nowhere")
 
 
 if __name__ == "__main__":
-    unittest.main(argv=[sys.argv[0], *sys.argv[3:]], verbosity=1)
+    main()

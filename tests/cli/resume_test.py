@@ -1,25 +1,19 @@
-"""run --resume: what goes on, what is refused, and what is said.
-
-Usage: resume_test.py PROGRAM DATA_FOLDER [TestCase...]
-"""
+"""run --resume: what goes on, what is refused, and what is said."""
 
 import glob
 import json
 import os
-import re
 import random
+import re
 import shutil
 import signal
-import subprocess
 import sys
 import time
-import unittest
 import zlib
 
-from cli_test import CliTest
+sys.path.insert(0, f"{sys.path[0]}/..")
 from kill_and_resume import Runs, results_of, ways
-
-PROGRAM = os.path.abspath(sys.argv[1])
+from support.program import PROGRAM, BEAM_MESH, ProgramTest, main, sets
 
 SCENE = """
 [mesh]
@@ -48,9 +42,9 @@ checkpoint_every = {checkpoint_every}
 """
 
 
-class ResumeTest(CliTest):
+class ResumeTest(ProgramTest):
     def scene(self, checkpoint_every=50, steps=3000, step=2.0e-4, rule="verlet", mesh=None):
-        mesh = mesh or 'generate = { kind = "beam", size = [4, 1, 1], cells = [8, 2, 2] }'
+        mesh = mesh or BEAM_MESH
         text = SCENE.format(
             mesh=mesh, rule=rule, step=step, end=steps * step, event=0.02 * steps * step,
             every=steps // 10, checkpoint_every=checkpoint_every,
@@ -62,13 +56,12 @@ class ResumeTest(CliTest):
 
     def stop(self, scene, number, when, out="out"):
         """Starts a run and sends it a signal once `when` returns true."""
-        run = subprocess.Popen([PROGRAM, "run", scene, "--out", out, "--quiet"], cwd=self.folder,
-                               stderr=subprocess.PIPE)  # fmt: skip
+        run = self.start(f"run {scene} --out {out} --quiet")
         deadline = time.monotonic() + 120.0
         while not when() and run.poll() is None and time.monotonic() < deadline:
             time.sleep(0.001)
         run.send_signal(number)
-        errors = run.communicate()[1].decode()
+        errors = run.communicate()[1]
         self.assertIn(run.returncode, (-number, 130, 143), errors)
 
     def kill(self, scene, out="out"):
@@ -78,11 +71,11 @@ class ResumeTest(CliTest):
                   self.checkpoints(out)[0], out)  # fmt: skip
 
     def resume(self, scene, *options, code=0):
-        return self.run_program("run", scene, "--out", "out", "--resume", *options, code=code)
+        return self.run_program(f"run {scene} --out out --resume", *options, code=code)
 
     def assert_like_one_run(self, scene):
-        if not os.path.exists(self.path("whole")):
-            self.run_program("run", scene, "--out", "whole", "--quiet")
+        if not self.exists("whole"):
+            self.run_program(f"run {scene} --out whole --quiet")
         a, b = results_of(self.path("whole")), results_of(self.path("out"))
         self.assertEqual(sorted(k for k in a.keys() | b.keys() if a.get(k) != b.get(k)), [])
 
@@ -91,16 +84,14 @@ class Resuming(ResumeTest):
     def test_a_killed_run_goes_on(self):
         scene = self.scene()
         self.kill(scene)
-        result = self.resume(scene)
-        self.assertIn("out: the run goes on after step ", result.stderr)
+        self.assertIn("out: the run goes on after step ", self.resume(scene).stderr)
         self.assert_like_one_run(scene)
 
     def test_a_damaged_checkpoint_is_reported_and_the_one_before_it_is_used(self):
         scene = self.scene()
         self.kill(scene)
         older, newest = self.checkpoints()[-2:]  # for a moment after each there are three
-        with open(newest, "r+b") as file:
-            file.truncate(os.path.getsize(newest) - 1000)
+        os.truncate(newest, os.path.getsize(newest) - 1000)
         result = self.resume(scene)
         self.assertIn(os.path.basename(newest) + ": not a valid checkpoint (it is cut off)",
                       result.stderr)  # fmt: skip
@@ -137,7 +128,7 @@ class Resuming(ResumeTest):
                   lambda: os.path.exists(rows) and os.path.getsize(rows) > 200000)  # fmt: skip
         (path,) = self.checkpoints()
         self.assertTrue(os.path.basename(path).startswith("stop_"), path)
-        self.assertTrue(os.path.exists(self.path("out", "final.vtu")))
+        self.assertTrue(self.exists("out", "final.vtu"))
         self.assertIn("made when the run was stopped", self.resume(scene).stderr)
         self.assert_like_one_run(scene)  # the rule is explicit
 
@@ -163,7 +154,7 @@ class Resuming(ResumeTest):
 
     def test_a_complete_run_says_so_and_nothing_changes(self):
         scene = self.scene(steps=200)
-        self.run_program("run", scene, "--out", "out", "--quiet")
+        self.run_program(f"run {scene} --out out --quiet")
         before = results_of(self.path("out"))
         times = {p: os.stat(p).st_mtime_ns for p in glob.glob(self.path("out", "*"))}
         result = self.resume(scene, "--json")
@@ -171,16 +162,14 @@ class Resuming(ResumeTest):
         self.assertEqual(json.loads(result.stdout)["steps"], 200)
         self.assertEqual(results_of(self.path("out")), before)
         self.assertEqual({p: os.stat(p).st_mtime_ns for p in times}, times)
-        self.assertIn("have changed since: material.youngs_modulus.",
-                      self.refused(2, "run", scene, "--out", "out", "--resume", "--set",
-                                   "material.youngs_modulus=2e6"))  # fmt: skip
+        self.refused(2, "run", scene, "--out", "out", "--resume", "--set",
+                                   "material.youngs_modulus=2e6", says="have changed since: material.youngs_modulus.")  # fmt: skip
 
     def test_a_summary_that_anybody_may_have_written(self):
         scene = self.scene(steps=200)
-        self.run_program("run", scene, "--out", "out", "--quiet")
+        self.run_program(f"run {scene} --out out --quiet")
         path = self.path("out", "summary.json")
-        with open(path, encoding="utf-8") as file:
-            whole = json.load(file)
+        whole = self.read_json(path)
         nested = "[" * 200000 + "]" * 200000
         texts = [nested, '{"status": "ok", "scene": ' + nested + "}", "{", "\x00", "[]", "3",
                  json.dumps({"status": "ok"})]  # fmt: skip
@@ -191,26 +180,20 @@ class Resuming(ResumeTest):
                   for value in (1e300, "x", None, [], {})]  # fmt: skip
         for text in texts:
             with self.subTest(text[:60]):
-                with open(path, "w", encoding="utf-8") as file:
-                    file.write(text)
-                result = subprocess.run([PROGRAM, "run", scene, "--out", "out", "--resume"],
-                                        cwd=self.folder, capture_output=True, text=True)  # fmt: skip
-                self.assertIn(result.returncode, (0, 2), result.stderr)
+                self.write(path, text)
+                result = self.resume(scene, code=(0, 2))
                 self.assertNotIn("unexpected", result.stderr)
                 self.assertNotIn("complete already", result.stderr)
         for key, value in (("scene", 3), ("scene", None), ("mesh", "x"), ("mesh", {"vertices": []})):
             with self.subTest(key, value=value):
-                with open(path, "w", encoding="utf-8") as file:
-                    json.dump({**whole, key: value}, file)
-                self.assertIn("have changed since",
-                              self.refused(2, "run", scene, "--out", "out", "--resume"))  # fmt: skip
+                self.write(path, json.dumps({**whole, key: value}))
+                self.refused(2, f"run {scene} --out out --resume", says="have changed since")
 
     def test_a_forged_checkpoint_with_a_deep_scene(self):
         scene = self.scene()
         self.kill(scene)
         newest = self.checkpoints()[-1]
-        with open(newest, "rb") as file:
-            content = file.read()
+        content = self.read_bytes(newest)
         # The texts begin after their lengths. The scene is the longest.
         lengths = {found.start(): int.from_bytes(content[found.start() - 8 : found.start()], "little")
                    for found in re.finditer(rb'\{\s*"', content)}  # fmt: skip
@@ -225,15 +208,14 @@ class Resuming(ResumeTest):
                 forged = (forged[:size] + (len(forged) - size - 8).to_bytes(8, "little")
                           + forged[size + 8 :])  # fmt: skip
                 forged += zlib.crc32(forged).to_bytes(8, "little")
-                with open(newest, "wb") as file:
-                    file.write(forged)
+                self.write(newest, forged)
                 for force in ([], ["--force"]):
-                    message = self.refused(2, "run", scene, "--out", "out", "--resume", *force)
+                    message = self.refused(2, f"run {scene} --out out --resume", *force)
                     self.assertIn("the run cannot go on, because its inputs have changed", message)
 
     def test_results_of_an_equilibrium_are_refused(self):
         scene = self.scene(steps=200)
-        self.run_program("static", scene, "--out", "out", "--quiet")
+        self.run_program(f"static {scene} --out out --quiet")
         before = results_of(self.path("out"))
         resume = ("run", scene, "--out", "out", "--resume")
         self.assertIn("results of tetraction static", self.refused(2, *resume))
@@ -242,7 +224,7 @@ class Resuming(ResumeTest):
         self.assertIn("results of tetraction static", self.refused(2, *resume))
         before.pop("summary.json", None)
         self.assertEqual(results_of(self.path("out")), before)
-        self.run_program("run", scene, "--out", "out", "--quiet")
+        self.run_program(f"run {scene} --out out --quiet")
         self.assertIn("this run is complete already", self.resume(scene).stderr)
 
     def test_a_new_run_replaces_the_checkpoints_of_an_earlier_one(self):
@@ -251,7 +233,7 @@ class Resuming(ResumeTest):
         self.run_program("run", scene, "--out", "out", "--quiet", "--set", "time.end=0.01", "--set",
                          "output.checkpoint_every=0")  # fmt: skip
         self.assertEqual(self.checkpoints(), [])
-        self.assertFalse(os.path.exists(self.path("out", "checkpoints")))
+        self.assertFalse(self.exists("out", "checkpoints"))
 
 
 class Changes(ResumeTest):
@@ -260,7 +242,7 @@ class Changes(ResumeTest):
         self.kill(scene)
         change = ["--set", "environment.direction=[0, 0, -1]"]
         before = results_of(self.path("out"))
-        message = self.refused(2, "run", scene, "--out", "out", "--resume", *change)
+        message = self.refused(2, f"run {scene} --out out --resume", *change)
         self.assertIn("have changed since: environment.direction. Undo", message)
         self.assertEqual(results_of(self.path("out")), before)
         result = self.resume(scene, "--force", *change)
@@ -272,45 +254,40 @@ class Changes(ResumeTest):
         scene = self.scene()
         self.kill(scene)
         for change in ("fix.0.select={ plane = { axis = \"x\", at = 4.0 } }", "event.0.at=1e-3"):
-            message = self.refused(2, "run", scene, "--out", "out", "--resume", "--force", "--set",
-                                   change)  # fmt: skip
-            self.assertIn("--force does not help here", message)
+            self.refused(2, "run", scene, "--out", "out", "--resume", "--force", "--set", change,
+                         says="--force does not help here")
 
     def test_a_later_end_can_be_forced(self):
         scene = self.scene(steps=500)
-        self.run_program("run", scene, "--out", "out", "--quiet")
+        self.run_program(f"run {scene} --out out --quiet")
         longer = ["--set", "time.end=0.2"]
-        self.assertIn("time.end", self.refused(2, "run", scene, "--out", "out", "--resume", *longer))
+        self.assertIn("time.end", self.refused(2, f"run {scene} --out out --resume", *longer))
         self.resume(scene, "--force", *longer)
         last = self.history("out", "history.csv")[-1]
         self.assertEqual((int(last["step"]), float(last["time"])), (1000, 0.2))
-        self.run_program("run", scene, "--out", "whole", "--quiet", *longer)
+        self.run_program(f"run {scene} --out whole --quiet", *longer)
         whole = self.history("whole", "history.csv")[-1]
         self.assertAlmostEqual(float(last["lx"]), float(whole["lx"]), delta=1e-9)
 
     def test_output_may_change(self):
         scene = self.scene()
         self.kill(scene)
-        self.resume(scene, "--set", "output.every=1000", "--set", "output.history_every=10")
-        self.assertTrue(os.path.exists(self.path("out", "frames", "frame_002000.vtu")))
+        self.resume(scene, *sets("output.every=1000", "output.history_every=10"))
+        self.assertTrue(self.exists("out", "frames", "frame_002000.vtu"))
 
     def test_a_changed_mesh_is_refused(self):
-        self.run_program("mesh", "generate", "beam", "part.vtu", "--size", "4,1,1", "--cells",
-                         "8,2,2")  # fmt: skip
+        self.run_program("mesh generate beam part.vtu --size 4,1,1 --cells 8,2,2")
         scene = self.scene(mesh='file = "part.vtu"')
         self.kill(scene)
         os.remove(self.path("part.vtu"))
-        self.run_program("mesh", "generate", "beam", "part.vtu", "--size", "4.001,1,1",
-                         "--cells", "8,2,2")  # fmt: skip
-        message = self.refused(2, "run", scene, "--out", "out", "--resume")
-        self.assertIn("have changed since: the mesh.", message)
+        self.run_program("mesh generate beam part.vtu --size 4.001,1,1 --cells 8,2,2")
+        self.refused(2, f"run {scene} --out out --resume", says="have changed since: the mesh.")
 
     def test_changed_results_are_refused(self):
         scene = self.scene()
         self.kill(scene)
-        with open(self.path("out", "history.csv"), "r+b") as file:
-            file.truncate(3000)
-        message = self.refused(3, "run", scene, "--out", "out", "--resume")
+        os.truncate(self.path("out", "history.csv"), 3000)
+        message = self.refused(3, f"run {scene} --out out --resume")
         self.assertIn("history.csv: it has fewer rows than at the checkpoint", message)
         for path in glob.glob(self.path("out", "checkpoints", "*")):
             # The run may have been killed while it wrote a checkpoint.
@@ -326,10 +303,9 @@ class Changes(ResumeTest):
                 place = whole.index(b"\n", len(whole) // 9) - 1  # the last digit of a row
                 file.seek(place)
                 file.write(b"1" if whole[place : place + 1] != b"1" else b"2")
-            message = self.refused(3, "run", scene, "--out", "out", "--resume")
+            message = self.refused(3, f"run {scene} --out out --resume")
             self.assertIn(f"{name}: its rows have changed since the checkpoint", message)
-            with open(path, "wb") as file:
-                file.write(whole)
+            self.write(path, whole)
         self.resume(scene)
         self.assert_like_one_run(scene)
 
@@ -338,7 +314,7 @@ class Changes(ResumeTest):
         self.kill(scene)
         path = self.path("out", "frames", "frame_000000.vtu")
         os.truncate(path, os.path.getsize(path) // 2)
-        message = self.refused(3, "run", scene, "--out", "out", "--resume")
+        message = self.refused(3, f"run {scene} --out out --resume")
         self.assertIn("frame_000000.vtu: it has another size than at the checkpoint", message)
 
     def test_a_folder_with_the_name_of_a_checkpoint_is_left_alone(self):
@@ -379,23 +355,21 @@ class Kills(ResumeTest):
     def test_hard_links_keep_what_they_had(self):
         scene = self.scene(steps=100)
         out, copy = self.path("out"), self.path("copy")
-        self.run_program("run", scene, "--out", out, "--quiet")
+        self.run_program(f"run {scene} --out {out} --quiet")
         shutil.copytree(out, copy, copy_function=os.link)
 
         def contents(folder):
             texts = []
             for name in ("history.csv", "probes.csv"):
-                with open(os.path.join(folder, name)) as file:
-                    texts.append(file.read())
+                texts.append(self.read(os.path.join(folder, name)))
             return texts
 
         before = contents(copy)
-        self.run_program("run", scene, "--out", out, "--quiet", "--resume", "--force",
-                         "--set", "time.end=0.04")  # fmt: skip
+        self.run_program(f"run {scene} --out {out} --quiet --resume --force --set time.end=0.04")
         self.assertEqual(contents(copy), before)
         for old, longer in zip(before, contents(out)):
             self.assertGreater(len(longer), len(old))
 
 
 if __name__ == "__main__":
-    unittest.main(argv=[sys.argv[0], *sys.argv[3:]], verbosity=1)
+    main()

@@ -1,41 +1,22 @@
-"""`tetraction static` and runs that start at an equilibrium.
+"""`tetraction static` and runs that start at an equilibrium."""
 
-Usage: static_test.py PROGRAM DATA_FOLDER [TestCase...]
-"""
-
-import json
-import os
 import re
 import sys
-import unittest
 
-from cli_test import BEAM, CliTest, own_lines
+sys.path.insert(0, f"{sys.path[0]}/..")
+from support.program import BEAM, BeamTest, main, own_lines
+from support.scenes import plane, tables
 
 # A tetrahedron of 1/6 m³ with one degree of freedom, of a law that has a largest force.
-TORN = """
-[mesh]
-generate = { kind = "tetrahedron", size = 1.0 }
-[material]
-model = "yeoh"
-c10 = 1.0e5
-c20 = -1.0e5
-c30 = 0.0
-kappa = 3.0e5
-[[fix]]
-select = { plane = { axis = "x", at = 0.0 } }
-[[fix]]
-select = { all = true }
-components = "yz"
-[[force]]
-select = { vertices = [1] }
-vector = [1.0e5, 0, 0]
-"""
+TORN = tables(mesh=dict(generate={"kind": "tetrahedron", "size": 1.0}),
+              material=dict(model="yeoh", c10=1.0e5, c20=-1.0e5, c30=0.0, kappa=3.0e5),
+              fix=[dict(select=plane("x", 0.0)), dict(select={"all": True}, components="yz")],
+              force=[dict(select={"vertices": [1]}, vector=[1.0e5, 0, 0])])
 
 
-class Static(CliTest):
+class Static(BeamTest):
     def test_equilibrium_of_a_beam(self):
-        scene = self.write("beam.toml", BEAM)
-        result = self.run_program("static", scene, "--out", "s", "--steps", "4")
+        result = self.run_program("static beam.toml --out s --steps 4")
         for words in ("4 load steps to load factor 1", "largest displacement:", "sum (", "residual"):
             self.assertIn(words, result.stdout)
         rows = self.history("s", "history.csv")
@@ -51,8 +32,7 @@ class Static(CliTest):
             )
         falls = [row["max_displacement"] for row in rows]
         self.assertEqual(falls, sorted(falls))
-        with open(self.path("s", "summary.json")) as file:
-            summary = json.load(file)
+        summary = self.read_json("s", "summary.json")
         self.assertEqual(summary["status"], "ok")
         self.assertEqual(summary["steps"], 4)
         self.assertEqual(summary["equilibrium"]["load_factor"], 1)
@@ -60,32 +40,30 @@ class Static(CliTest):
         self.assertEqual(summary["equilibrium"]["limit_points"], [])
         self.assertNotIn("stable_step", summary)
         # Frames have the load factor as their time: the first, every fourth and the last.
-        with open(self.path("s", "frames.pvd")) as file:
-            times = [float(t) for t in re.findall('timestep="([^"]*)"', file.read())]
+        times = [float(t) for t in re.findall('timestep="([^"]*)"', self.read("s", "frames.pvd"))]
         self.assertEqual(times, [0, 1])
-        self.assertTrue(os.path.exists(self.path("s", "final.vtu")))
+        self.assertTrue(self.exists("s", "final.vtu"))
         # One step leads to the same equilibrium.
-        self.run_program("static", scene, "--out", "s", "--quiet")
+        self.run_program("static beam.toml --out s --quiet")
         rows = self.history("s", "history.csv")
         self.assertEqual(len(rows), 2)
         self.assertAlmostEqual(rows[1]["max_displacement"], falls[-1], delta=1e-9)
 
     def test_the_folder_of_a_study_is_refused(self):
-        scene = self.write("beam.toml", BEAM)
         self.write("study.json", "{}")
-        self.assertIn("study", self.refused(2, "static", scene, "--out", "."))
+        self.assertIn("study", self.refused(2, "static beam.toml --out ."))
 
     def test_free_motions_are_named(self):
         scene = self.write("free.toml", BEAM[: BEAM.index("[[fix]]")])
-        message = self.refused(2, "static", scene, "--out", "s")
+        message = self.refused(2, f"static {scene} --out s")
         self.assertIn("the body can still move along x, move along y, move along z, rotate about x, "
                       "rotate about y and rotate about z.", message)  # fmt: skip
-        message = self.refused(2, "run", scene, "--out", "s", "--set", "initial.static=true")
+        message = self.refused(2, f"run {scene} --out s --set initial.static=true")
         self.assertIn("the body can still move along x", message)
 
     def test_no_equilibrium_beyond_a_limit_point(self):
         scene = self.write("torn.toml", TORN)
-        result = self.run_program("static", scene, "--out", "s", "--quiet", code=1)
+        result = self.run_program(f"static {scene} --out s --quiet", code=1)
         message = "\n".join(own_lines(result.stderr))
 
         def energy(stretch):
@@ -99,14 +77,12 @@ class Static(CliTest):
         self.assertAlmostEqual(float(found[1]), factor, delta=1e-3)
         self.assertIn("the body buckles or snaps through", message)
         self.assertIn("no equilibrium was found beyond load factor", message)
-        with open(self.path("s", "summary.json")) as file:
-            summary = json.load(file)
+        summary = self.read_json("s", "summary.json")
         self.assertEqual((summary["status"], summary["exit_status"]), ("failed", 1))
         self.assertFalse(summary["equilibrium"]["limit_points"][0]["passed"])
-        rows = self.history("s", "history.csv")
-        self.assertAlmostEqual(rows[-1]["time"], factor, delta=1.1e-3)
+        self.assertAlmostEqual(self.history("s", "history.csv")[-1]["time"], factor, delta=1.1e-3)
         # A run cannot start from there.
-        message = self.refused(1, "run", scene, "--out", "r", "--set", "initial.static=true")
+        message = self.refused(1, f"run {scene} --out r --set initial.static=true")
         self.assertIn("initial.static = true: there is no equilibrium to start from", message)
 
     def test_examination_of_stability(self):
@@ -131,8 +107,7 @@ value = {pressure!r}
 
         def summary_of(*arguments):
             result = self.run_program("static", *arguments, "--out", "s", "--quiet")
-            with open(self.path("s", "summary.json")) as file:
-                return json.load(file), result.stderr
+            return self.read_json("s", "summary.json"), result.stderr
 
         for share in (1e-4, 0.5, 1.25):
             with self.subTest(share=share):
@@ -168,21 +143,18 @@ value = {pressure!r}
 
     def test_events_are_told_of(self):
         scene = self.write("beam.toml", BEAM + '[[event]]\nat = 0.05\nset = { "damping.drag" = 1.0 }\n')
-        result = self.run_program("static", scene, "--out", "s", "--quiet")
+        result = self.run_program(f"static {scene} --out s --quiet")
         self.assertIn("its 1 [[event]] is not made", result.stderr)
 
     def test_a_run_from_the_equilibrium_stays_there(self):
-        scene = self.write("beam.toml", BEAM)
-        self.run_program("run", scene, "--out", "r", "--quiet", "--set", "initial.static=true")
+        self.run_program("run beam.toml --out r --quiet --set initial.static=true")
         rows = self.history("r", "history.csv")
         self.assertGreater(rows[0]["elastic_energy"], 100)
         for row in rows:
             self.assertLess(row["kinetic_energy"], 1e-12 * rows[0]["elastic_energy"])
-        with open(self.path("r", "summary.json")) as file:
-            self.assertTrue(json.load(file)["scene"]["initial"]["static"])
-        self.assertIn("must be", self.refused(2, "run", scene, "--out", "r", "--set",
-                                              "initial.static=1"))  # fmt: skip
+        self.assertTrue(self.read_json("r", "summary.json")["scene"]["initial"]["static"])
+        self.refused(2, "run beam.toml --out r --set initial.static=1", says="must be")
 
 
 if __name__ == "__main__":
-    unittest.main(argv=[sys.argv[0], *sys.argv[3:]])
+    main()

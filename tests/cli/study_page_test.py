@@ -1,9 +1,5 @@
-"""study.html: what it says, that it needs nothing else, and that its tables sort in a browser.
+"""study.html: what it says, that it needs nothing else, and that its tables sort in a browser."""
 
-Usage: study_page_test.py PROGRAM DATA_FOLDER [TestCase...]
-"""
-
-import csv
 import glob
 import html
 import html.parser
@@ -16,7 +12,8 @@ import sys
 import tempfile
 import unittest
 
-from cli_test import BEAM, CliTest
+sys.path.insert(0, f"{sys.path[0]}/..")
+from support.program import BEAM, ProgramTest, main, words_of
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 VOID = {"meta", "img", "br", "link", "input", "hr"}
@@ -63,25 +60,23 @@ class Page(html.parser.HTMLParser):
                 self.table[-1][-1] += data
 
 
-class PageTest(CliTest):
+class PageTest(ProgramTest):
     GRID = ("--integrators", "verlet,midpoint", "--steps", "0.0025,0.005,0.05", "--out", "s")
 
     def study(self, *arguments, scene=BEAM, **keywords):
-        return self.run_program("study", self.write("beam.toml", scene), *self.GRID, *arguments,
+        return self.run_program("study", self.write("beam.toml", scene), *self.GRID, *words_of(arguments),
                                 **keywords)  # fmt: skip
 
     def page(self):
-        with open(self.path("s", "study.html"), encoding="utf-8") as file:
-            return Page(file.read())
+        return Page(self.read("s", "study.html"))
 
 
 class Content(PageTest):
     def test_of_a_study_with_plots(self):
-        result = self.study("--set", "environment.strength=9.8", "--threads", "1")
+        result = self.study("--set environment.strength=9.8 --threads 1")
         self.assertIn("s/study.html", result.stdout)
         page = self.page()
-        self.assertIn("Step-size study: beam", page.text)
-        self.assertIn("Tetraction", page.text)
+        self.assert_parts(page.text, ("Step-size study: beam", "Tetraction"))
         self.assertIn("--set environment.strength=9.8 --threads 1", page.text)
         self.assertRegex(page.text, r"\d+ logical core")
         self.assertRegex(page.text, r"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\dZ")
@@ -93,15 +88,13 @@ class Content(PageTest):
             self.assertTrue(reference.startswith("data:image/svg+xml;base64,"), reference[:80])
         self.assertNotIn("://", page.scripts)
         # The words are those of study.json, and the numbers those of study.csv.
-        with open(self.path("s", "study.json")) as file:
-            study = json.load(file)
+        study = self.read_json("s", "study.json")
         self.assertGreater(len(study["conclusions"]), 3)
         for conclusion in study["conclusions"]:
             self.assertIn(conclusion["topic"], page.text)
             for sentence in conclusion["sentences"]:
                 self.assertIn(sentence, page.text)
-        with open(self.path("s", "study.csv"), newline="") as file:
-            rows = list(csv.DictReader(file))
+        rows = self.table("s", "study.csv")
         head, *body = page.tables["runs"]
         self.assertEqual(len(body), len(rows))
         for row, cells in zip(rows, body):
@@ -115,8 +108,7 @@ class Content(PageTest):
             self.assertEqual(row["threads"], "1")
         self.assertEqual(len(page.tables["phases"]), 1 + len(rows))
         summary = self.path("s", "midpoint-0.005", "summary.json")
-        with open(summary) as file:
-            seconds = json.load(file)["wall_seconds"]["stepping"]
+        seconds = self.read_json(summary)["wall_seconds"]["stepping"]
         head, *body = page.tables["phases"]
         cells = next(c for c in body if c[0] == "midpoint" and float(c[1]) == 0.005)
         column = next(i for i, name in enumerate(head) if name.startswith("time steps"))
@@ -133,7 +125,7 @@ class Content(PageTest):
         """A python3 that has no matplotlib, where the program looks for one: the study is complete."""
         if os.path.exists("/usr/bin/python3"):
             script = os.path.join(os.path.dirname(__file__), "..", "..", "src", "cli", "plot_study.py")
-            self.study("--no-plots", "--quiet")
+            self.study("--no-plots --quiet")
             # -S: without the folder where packages are installed.
             drawn = subprocess.run(["/usr/bin/python3", "-I", "-S", script, self.path("s")],
                                    capture_output=True, text=True)  # fmt: skip
@@ -141,8 +133,7 @@ class Content(PageTest):
             self.assertIn("matplotlib", drawn.stderr)
             self.assertEqual(glob.glob(self.path("s", "*.png*")), [])
         else:
-            result = self.study(env={"PATH": "/nowhere"})
-            self.assertIn("python3-matplotlib", result.stderr)
+            self.assertIn("python3-matplotlib", self.study(env={"PATH": "/nowhere"}).stderr)
             self.assertIn("python3-matplotlib are not installed", self.page().text)
 
     def test_names_are_text(self):
@@ -159,8 +150,8 @@ class Content(PageTest):
         """Momenta over time are drawn only where the scene conserves them."""
         self.study("--quiet")
         for ending in ("png", "svg", "pdf"):
-            self.assertTrue(os.path.exists(self.path("s", f"momentum_drift_over_step.{ending}")))
-            self.assertFalse(os.path.exists(self.path("s", f"linear_momentum_over_time.{ending}")))
+            self.assertTrue(self.exists("s", f"momentum_drift_over_step.{ending}"))
+            self.assertFalse(self.exists("s", f"linear_momentum_over_time.{ending}"))
         free = BEAM.split("[[fix]]")[0].replace('"gravity"', '"none"')
         free += "[initial]\nstretch = [1.05, 1.0, 1.0]\nangular_velocity = [0.0, 1.0, 0.0]\n"
         self.study("--quiet", scene=free)
@@ -169,8 +160,7 @@ class Content(PageTest):
                 path = self.path("s", f"{letter}_momentum_over_time.{ending}")
                 self.assertGreater(os.path.getsize(path), 3000)
         self.assertIn("Angular momentum over time", self.page().text)
-        with open(self.path("s", "error_over_step.svg")) as file:
-            self.assertIn("did not reach the end", file.read())
+        self.assertIn("did not reach the end", self.read("s", "error_over_step.svg"))
 
 
 @unittest.skipUnless(CHROMIUM, "chromium is not installed")
@@ -200,13 +190,11 @@ class Browser(PageTest):
         with open(log, errors="replace") as file:
             text = file.read()
         self.assertEqual(code, 0, text)
-        with open(dom, encoding="utf-8") as file:
-            return file.read(), [line for line in text.splitlines() if "CONSOLE" in line]
+        return self.read(dom), [line for line in text.splitlines() if "CONSOLE" in line]
 
     def test_sorts_and_loads_nothing(self):
         self.study("--quiet")
-        with open(self.path("s", "study.html"), encoding="utf-8") as file:
-            text = file.read()
+        text = self.read("s", "study.html")
         # A second script, which clicks and writes down what it sees.
         probe = """<script>
         const seen = {};
@@ -255,4 +243,4 @@ class Browser(PageTest):
 
 
 if __name__ == "__main__":
-    unittest.main(argv=[sys.argv[0], *sys.argv[3:]], verbosity=1)
+    main()

@@ -1,12 +1,10 @@
-"""The same bits for any number of threads.
-
-Usage: threads_test.py PROGRAM DATA_FOLDER [TestCase...]
-"""
+"""The same bits for any number of threads."""
 
 import sys
-import unittest
+import time
 
-from cli_test import CliTest
+sys.path.insert(0, f"{sys.path[0]}/..")
+from support.program import BEAM_CLAMP, ProgramTest, main
 
 # More vertices than one piece of the loops over vertices (2,048), in numbers that no vector divides.
 BODY = """
@@ -30,7 +28,7 @@ viscosity = {viscosity}
 angular_velocity = [0.3, 0.2, 0.5]
 """
 NEO = 'model = "neo-hookean"\nyoungs_modulus = 1e6\npoissons_ratio = 0.4'
-CLAMP = '[[fix]]\nselect = { plane = { axis = "x", at = 0.0 } }\n'
+CLAMP = BEAM_CLAMP
 END = 'select = { plane = { axis = "x", at = 4.0 } }'
 CONSTRAINTS = {
     "none": "",
@@ -48,7 +46,7 @@ MATERIALS = {
 }
 
 
-class Threads(CliTest):
+class Threads(ProgramTest):
     def scene(self, name, integrator, step, steps, cells=(12, 13, 13), material=NEO, time="",
               solver="", viscosity=0, constraints=CLAMP, rest=""):  # fmt: skip
         end = steps * step if isinstance(step, float) else steps
@@ -60,8 +58,7 @@ class Threads(CliTest):
     def bytes_of(self, folder, names):
         found = []
         for name in names:
-            with open(self.path(folder, name), "rb") as file:
-                found.append(file.read())
+            found.append(self.read_bytes(folder, name))
         return found
 
     def same(self, name, scene, command="run", names=("history.csv", "final.vtu"), *more):
@@ -121,4 +118,4 @@ class Threads(CliTest):
 
 
 if __name__ == "__main__":
-    unittest.main(argv=sys.argv[:1] + sys.argv[3:])
+    main()

@@ -1,19 +1,14 @@
 """The same problem in other units: every command must find the same dimensionless numbers.
 
 Lengths are times L, moduli times E, the density is D; then times are times L √(D/E). Small and stiff bodies
-have frequencies of 10¹² Hz, large and soft ones of 10⁻¹¹ Hz.
+have frequencies of 10¹² Hz, large and soft ones of 10⁻¹¹ Hz."""
 
-Usage: units_test.py PROGRAM DATA_FOLDER [TestCase...]
-"""
-
-import csv
 import json
 import math
-import os
 import sys
-import unittest
 
-from cli_test import CliTest
+sys.path.insert(0, f"{sys.path[0]}/..")
+from support.program import ProgramTest, main
 
 RULES = ("explicit", "verlet", "midpoint", "backward-euler", "energy-momentum")
 
@@ -108,7 +103,7 @@ def column_unit(name, u):
     return units[name]
 
 
-class SameProblem(CliTest):
+class SameProblem(ProgramTest):
     def scene(self, units, more=""):
         return self.write("scene.toml", scene_in(units, CLAMPED_BEAM + more))
 
@@ -121,7 +116,7 @@ class SameProblem(CliTest):
             for a, b in zip(values, found[name]):
                 self.assertLessEqual(abs(a - b), tolerance * size, f"{message}: {name}: {a} and {b}")
 
-    def table(self, path, units, is_static=False):
+    def columns(self, path, units, is_static=False):
         columns = {}
         for row in self.history(*path):
             for name, value in row.items():
@@ -158,7 +153,7 @@ class SameProblem(CliTest):
                     self.run_program(
                         "run", scene, "--out", "r", "--set", f'time.integrator="{rule}"',
                         "--set", f"time.step={step * units.time!r}")  # fmt: skip
-                    return self.table(("r", "history.csv"), units)
+                    return self.columns(("r", "history.csv"), units)
 
                 with self.subTest(rule=rule, multipliers=bool(more)):
                     found = self.everywhere(1e-7, compute)
@@ -169,11 +164,10 @@ class SameProblem(CliTest):
 
             def compute(units):
                 self.run_program("static", self.scene(units, more), "--out", "s", "--steps", "2")
-                with open(self.path("s", "summary.json")) as file:
-                    summary = json.load(file)
+                summary = self.read_json("s", "summary.json")
                 self.assertIsNone(summary["equilibrium"]["loss_of_stability"])
                 self.assertEqual(summary["equilibrium"]["limit_points"], [])
-                return self.table(("s", "history.csv"), units, is_static=True)
+                return self.columns(("s", "history.csv"), units, is_static=True)
 
             with self.subTest(multipliers=bool(more)):
                 found = self.everywhere(1e-7, compute)
@@ -185,8 +179,7 @@ class SameProblem(CliTest):
 
                 def compute(units):
                     self.run_program("modes", self.scene(units, more), "-n", "6", "--out", "m", *loaded)
-                    with open(self.path("m", "modes.csv"), newline="") as file:
-                        rows = list(csv.DictReader(file))
+                    rows = self.table("m", "modes.csv")
                     scales = {"frequency": 1 / units.time, "omega_squared": 1 / units.time**2,
                               "effective_mass_x": 1, "effective_mass_y": 1, "effective_mass_z": 1,
                               "modal_mass": units.mass, "damping_ratio": 1,
@@ -225,8 +218,7 @@ class SameProblem(CliTest):
             self.run_program(
                 "study", self.scene(units), "--out", "st", "--integrators", "midpoint,backward-euler",
                 "--steps", steps, "--reference-step", repr(0.0125 * units.time), "--no-plots")  # fmt: skip
-            with open(self.path("st", "study.csv"), newline="") as file:
-                rows = list(csv.DictReader(file))
+            rows = self.table("st", "study.csv")
             scales = {"step": units.time, "position_error": 1, "position_error_rms": 1,
                       "max_relative_energy_drift": 1}  # fmt: skip
             columns = {name: [float(row[name]) / scale for row in rows] for name, scale in scales.items()}
@@ -238,7 +230,7 @@ class SameProblem(CliTest):
         self.assertEqual(set(found["ok"]), {1.0})
 
 
-class Flutter(CliTest):
+class Flutter(ProgramTest):
     # The column of Beck flutters under more than 20.05 EI/L² (ZAMP 3, 1952), in any units.
     COLUMN = """
 [mesh]
@@ -267,9 +259,8 @@ value = {p!r}
                     scene = self.write("column.toml", self.COLUMN.format(
                         l=units.length, t=thickness * units.length, e=units.stress, d=units.density,
                         damping=1e-3 / units.time, p=pressure))  # fmt: skip
-                    self.run_program("static", scene, "--out", "s", "--quiet")
-                    with open(self.path("s", "summary.json")) as file:
-                        loss = json.load(file)["equilibrium"]["loss_of_stability"]
+                    self.run_program(f"static {scene} --out s --quiet")
+                    loss = self.read_json("s", "summary.json")["equilibrium"]["loss_of_stability"]
                     if not flutters:
                         self.assertIsNone(loss)
                         continue
@@ -278,5 +269,4 @@ value = {p!r}
 
 
 if __name__ == "__main__":
-    PROGRAM, DATA = os.path.abspath(sys.argv[1]), os.path.abspath(sys.argv[2])
-    unittest.main(argv=[sys.argv[0], *sys.argv[3:]])
+    main()

@@ -1,0 +1,52 @@
+"""Studies of the beam."""
+
+import importlib.util
+import os
+
+from support.program import BEAM, BeamTest, words_of
+from support.scenes import plane, tables
+
+PROBES = BEAM + tables(probe=[dict(name="tip", select=plane("x", 4.0), quantity="displacement"),
+                       dict(name="stress", point=[0.3, 0.9, 0.4], quantity="von_mises", every=2)])
+
+
+def plot_script():
+    """The program that draws the plots, as a module."""
+    script = os.path.join(os.path.dirname(__file__), "..", "..", "src", "cli", "plot_study.py")
+    spec = importlib.util.spec_from_file_location("plot_study", script)
+    plots = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(plots)
+    return plots
+
+
+class StudyTest(BeamTest):
+    def study(self, *arguments, **keywords):
+        return self.run_program("study beam.toml --out s --no-plots", *words_of(arguments), **keywords)
+
+    def refused_study(self, *arguments, says=()):
+        message = self.refused(2, "study beam.toml --out s --no-plots", *words_of(arguments), says=says)
+        self.assertFalse(self.exists("s"))
+        return message
+
+    def rows(self, folder="s"):
+        return self.table(folder, "study.csv")
+
+    def result(self):
+        return self.read_json("s", "study.json")
+
+    def begin(self, run, *arguments):
+        """The study in the background, once this run has begun."""
+        process = self.start("study beam.toml --out s", *words_of(arguments))
+        self.wait_for_file(process, "s", run, "history.csv")
+        return process
+
+    def runs(self):
+        """Folders of runs, and whether each has frames."""
+        found = {}
+        for name in os.listdir(self.path("s")):
+            if os.path.isdir(self.path("s", name)):
+                for file in ("history.csv", "final.vtu", "summary.json"):
+                    self.assertTrue(self.exists("s", name, file), (name, file))
+                found[name] = self.exists("s", name, "frames.pvd")
+                self.assertEqual(found[name], self.exists("s", name, "frames"))
+        return found
