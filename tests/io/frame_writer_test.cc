@@ -8,9 +8,8 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
-#include <sstream>
 
-#include "support/temporary_folder.h"
+#include "support/folder_test.h"
 #include "tetraction/core/error.h"
 #include "tetraction/io/frame_reader.h"
 #include "tetraction/io/mesh_reader.h"
@@ -19,9 +18,11 @@
 namespace tetraction {
 namespace {
 
+using namespace testing_support;
+
 namespace fs = std::filesystem;
 
-class FrameWriterTest : public ::testing::Test {
+class FrameWriterTest : public FolderTest {
  protected:
   void SetUp() override {
     mesh_ = generate_box({2, 1, 1}, {2, 1, 1});
@@ -44,13 +45,6 @@ class FrameWriterTest : public ::testing::Test {
     return result;
   }
 
-  static std::string contents(const fs::path& path) {
-    std::ifstream file(path, std::ios::binary);
-    std::stringstream text;
-    text << file.rdbuf();
-    return text.str();
-  }
-
   // The value of the n-th attribute of that name in an XML text.
   static std::string attribute(const std::string& text, const std::string& name, int n) {
     std::size_t at = 0;
@@ -61,17 +55,14 @@ class FrameWriterTest : public ::testing::Test {
     }
     return text.substr(at, text.find('"', at) - at);
   }
-
-  testing_support::TemporaryFolder temporary_;
-  fs::path directory_ = temporary_.path();
   TetMesh mesh_;
 };
 
 TEST_F(FrameWriterTest, FramesReadBackExactlyWithTheFilesIds) {
-  FrameWriter writer(mesh_, directory_.string());
+  FrameWriter writer(mesh_, folder_.string());
   const Frame written = frame(20, 0.1);
   writer.write(written);
-  const fs::path file = directory_ / "frames/frame_000020.vtu";
+  const fs::path file = folder_ / "frames/frame_000020.vtu";
   const TetMesh read = read_mesh(file.string());
   EXPECT_EQ(read.tetrahedra, mesh_.tetrahedra);
   EXPECT_EQ(read.vertex_ids, mesh_.vertex_ids);
@@ -86,9 +77,9 @@ TEST_F(FrameWriterTest, FramesReadBackExactlyWithTheFilesIds) {
 }
 
 TEST_F(FrameWriterTest, FilesNameComponentsTimeAndCompression) {
-  FrameWriter writer(mesh_, directory_.string());
+  FrameWriter writer(mesh_, folder_.string());
   writer.write(frame(0, 0.0));
-  const std::string text = contents(directory_ / "frames/frame_000000.vtu");
+  const std::string text = contents(folder_ / "frames/frame_000000.vtu");
   for (const char* part : {"Name=\"TimeValue\"", "Name=\"cauchy_stress\" NumberOfComponents=\"6\"",
                            R"(ComponentName0="XX" ComponentName1="YY" ComponentName2="ZZ")",
                            R"(ComponentName3="XY" ComponentName4="YZ" ComponentName5="XZ")",
@@ -99,84 +90,84 @@ TEST_F(FrameWriterTest, FilesNameComponentsTimeAndCompression) {
 }
 
 TEST_F(FrameWriterTest, CollectionListsEveryFrameAfterEveryWrite) {
-  FrameWriter writer(mesh_, directory_.string());
+  FrameWriter writer(mesh_, folder_.string());
   EXPECT_EQ(writer.frame_count(), 0);
   const double times[] = {0.0, 0.1, 1.0 / 3.0};
   for (int i = 0; i < 3; ++i) {
     writer.write(frame(10 * i, times[i]));
     EXPECT_EQ(writer.frame_count(), i + 1);
-    const std::string pvd = contents(directory_ / "frames.pvd");
+    const std::string pvd = contents(folder_ / "frames.pvd");
     EXPECT_NE(pvd.find("type=\"Collection\""), std::string::npos);
     EXPECT_NE(pvd.find("</VTKFile>"), std::string::npos);
     for (int k = 0; k <= i; ++k) {
       EXPECT_EQ(std::strtod(attribute(pvd, "timestep", k).c_str(), nullptr), times[k]);
       const std::string file = attribute(pvd, "file", k);
       EXPECT_FALSE(fs::path(file).is_absolute());
-      EXPECT_TRUE(fs::exists(directory_ / file)) << file;
+      EXPECT_TRUE(fs::exists(folder_ / file)) << file;
     }
     EXPECT_EQ(attribute(pvd, "timestep", i + 1), "");
   }
-  for (const auto& entry : fs::recursive_directory_iterator(directory_)) {
+  for (const auto& entry : fs::recursive_directory_iterator(folder_)) {
     EXPECT_NE(entry.path().extension(), ".part");
   }
 }
 
 TEST_F(FrameWriterTest, ArraysOfOneFrameDoNotStayInTheNext) {
-  FrameWriter writer(mesh_, directory_.string());
+  FrameWriter writer(mesh_, folder_.string());
   writer.write(frame(1, 0.1));
   Frame bare;
   bare.step = 2;
   bare.time = 0.2;
   writer.write(bare);
-  const RawMesh read = read_raw_mesh((directory_ / "frames/frame_000002.vtu").string());
+  const RawMesh read = read_raw_mesh((folder_ / "frames/frame_000002.vtu").string());
   EXPECT_TRUE(read.point_arrays.empty());
   EXPECT_EQ(read.vertex_ids, mesh_.vertex_ids);
 }
 
 TEST_F(FrameWriterTest, ANewWriterRemovesFramesOfAnEarlierRunAndNothingElse) {
   {
-    FrameWriter writer(mesh_, directory_.string());
+    FrameWriter writer(mesh_, folder_.string());
     writer.write(frame(0, 0.0));
     writer.write(frame(1, 0.1));
   }
-  const fs::path note = directory_ / "frames/frame_notes.txt";
+  const fs::path note = folder_ / "frames/frame_notes.txt";
   std::ofstream(note) << "mine";
-  std::ofstream(directory_ / "history.csv") << "t\n";
-  FrameWriter writer(mesh_, directory_.string());
-  EXPECT_FALSE(fs::exists(directory_ / "frames.pvd"));
-  EXPECT_FALSE(fs::exists(directory_ / "frames/frame_000000.vtu"));
-  EXPECT_FALSE(fs::exists(directory_ / "frames/frame_000001.vtu"));
+  std::ofstream(folder_ / "history.csv") << "t\n";
+  FrameWriter writer(mesh_, folder_.string());
+  EXPECT_FALSE(fs::exists(folder_ / "frames.pvd"));
+  EXPECT_FALSE(fs::exists(folder_ / "frames/frame_000000.vtu"));
+  EXPECT_FALSE(fs::exists(folder_ / "frames/frame_000001.vtu"));
   EXPECT_EQ(contents(note), "mine");
-  EXPECT_TRUE(fs::exists(directory_ / "history.csv"));
+  EXPECT_TRUE(fs::exists(folder_ / "history.csv"));
 }
 
 TEST_F(FrameWriterTest, SingleFileIsNoFrame) {
-  FrameWriter writer(mesh_, directory_.string());
+  FrameWriter writer(mesh_, folder_.string());
   const Frame last = frame(7, 0.7);
-  writer.write_single(last, (directory_ / "final.vtu").string());
+  writer.write_single(last, (folder_ / "final.vtu").string());
   EXPECT_EQ(writer.frame_count(), 0);
-  EXPECT_FALSE(fs::exists(directory_ / "frames.pvd"));
-  const RawMesh read = read_raw_mesh((directory_ / "final.vtu").string());
+  EXPECT_FALSE(fs::exists(folder_ / "frames.pvd"));
+  const RawMesh read = read_raw_mesh((folder_ / "final.vtu").string());
   EXPECT_EQ(read.point_arrays.at("displacement"), last.point_fields[0].values);
 }
 
 TEST_F(FrameWriterTest, PlacesThatCannotBeWrittenAreOutputErrors) {
-  const fs::path blocker = directory_ / "blocker";
+  const fs::path blocker = folder_ / "blocker";
   std::ofstream(blocker) << "a file";
   EXPECT_THROW(FrameWriter(mesh_, (blocker / "out").string()), OutputError);
   EXPECT_THROW(FrameWriter(mesh_, blocker.string()), OutputError);
-  FrameWriter writer(mesh_, (directory_ / "run").string());
+  FrameWriter writer(mesh_, (folder_ / "run").string());
   EXPECT_THROW(writer.write_single(frame(0, 0.0), (blocker / "final.vtu").string()), OutputError);
-  fs::remove_all(directory_ / "run");
+  fs::remove_all(folder_ / "run");
   EXPECT_THROW(writer.write(frame(0, 0.0)), OutputError);
   EXPECT_EQ(writer.frame_count(), 0);
 }
 
 TEST_F(FrameWriterTest, AFullDiskIsAnOutputErrorAndLeavesNoPart) {
-  FrameWriter writer(mesh_, directory_.string());
+  FrameWriter writer(mesh_, folder_.string());
   writer.write(frame(0, 0.0));
-  const std::string before = contents(directory_ / "frames.pvd");
-  const std::size_t whole = fs::file_size(directory_ / "frames/frame_000000.vtu");
+  const std::string before = contents(folder_ / "frames.pvd");
+  const std::size_t whole = fs::file_size(folder_ / "frames/frame_000000.vtu");
   // A limit on the size of files stands for the full disk: at the first bytes, in the middle, and
   // in what leaves the buffer last. In a child, for the limit cannot be raised again for sure.
   for (const std::size_t room : {std::size_t{10}, whole / 2, whole - 30, whole - 1}) {
@@ -200,14 +191,14 @@ TEST_F(FrameWriterTest, AFullDiskIsAnOutputErrorAndLeavesNoPart) {
     ASSERT_EQ(waitpid(child, &status, 0), child);
     EXPECT_TRUE(WIFEXITED(status));
     EXPECT_EQ(WEXITSTATUS(status), 0) << "room for " << room << " of " << whole << " bytes";
-    EXPECT_FALSE(fs::exists(directory_ / "frames/frame_000001.vtu"));
-    EXPECT_FALSE(fs::exists(directory_ / "frames/frame_000001.vtu.part"));
-    EXPECT_EQ(contents(directory_ / "frames.pvd"), before);
+    EXPECT_FALSE(fs::exists(folder_ / "frames/frame_000001.vtu"));
+    EXPECT_FALSE(fs::exists(folder_ / "frames/frame_000001.vtu.part"));
+    EXPECT_EQ(contents(folder_ / "frames.pvd"), before);
   }
 }
 
 TEST_F(FrameWriterTest, FieldsOfTheWrongSizeAreRefused) {
-  FrameWriter writer(mesh_, directory_.string());
+  FrameWriter writer(mesh_, folder_.string());
   Frame wrong;
   wrong.point_fields.push_back({"short", Matrix::Zero(3, mesh_.vertex_count() - 1), false});
   EXPECT_THROW(writer.write(wrong), InputError);
@@ -218,10 +209,10 @@ TEST_F(FrameWriterTest, FieldsOfTheWrongSizeAreRefused) {
 }
 
 TEST_F(FrameWriterTest, FramesAreReadBack) {
-  FrameWriter writer(mesh_, directory_.string());
+  FrameWriter writer(mesh_, folder_.string());
   const Frame written = frame(3, 0.5);
   writer.write(written);
-  const std::string path = (directory_ / "frames/frame_000003.vtu").string();
+  const std::string path = (folder_ / "frames/frame_000003.vtu").string();
   const StoredFrame read =
       read_frame(path, {"displacement", "no_such_array", "fixed"}, {"cauchy_stress"});
   EXPECT_EQ(read.vertex_count, mesh_.vertex_count());
@@ -231,7 +222,7 @@ TEST_F(FrameWriterTest, FramesAreReadBack) {
   EXPECT_EQ(read.point_arrays[1].size(), 0);
   EXPECT_EQ(read.point_arrays[2], written.point_fields[1].values);
   EXPECT_LT((read.cell_arrays.at(0) - written.cell_fields[0].values).cwiseAbs().maxCoeff(), 1e-6);
-  EXPECT_THROW(read_frame((directory_ / "none.vtu").string(), {}), FileError);
+  EXPECT_THROW(read_frame((folder_ / "none.vtu").string(), {}), FileError);
   std::ofstream(path) << "<VTKFile>";
   EXPECT_THROW(read_frame(path, {}), FileError);
 }

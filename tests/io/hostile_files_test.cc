@@ -8,11 +8,9 @@
 #include <array>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
-#include <sstream>
 
 #include "io/text/csv_table.h"
-#include "support/temporary_folder.h"
+#include "support/folder_test.h"
 #include "tetraction/core/error.h"
 #include "tetraction/io/frame_reader.h"
 #include "tetraction/io/initial_fields.h"
@@ -24,23 +22,14 @@
 namespace tetraction {
 namespace {
 
+using namespace testing_support;
+
 namespace fs = std::filesystem;
 
 constexpr const char* kAccepted = "accepted";
 
-std::string contents(const fs::path& path) {
-  std::stringstream text;
-  text << std::ifstream(path, std::ios::binary).rdbuf();
-  return text.str();
-}
-
-class HostileFiles : public ::testing::Test {
+class HostileFiles : public FolderTest {
  protected:
-  std::string path(const std::string& name) const { return (temporary_.path() / name).string(); }
-  std::string file(const std::string& name, const std::string& text) const {
-    std::ofstream(path(name), std::ios::binary) << text;
-    return path(name);
-  }
   // A file of the corpus with the ending by which its reader is chosen.
   std::string corpus(const std::string& reader, const std::string& name,
                      const std::string& ending) const {
@@ -68,8 +57,6 @@ class HostileFiles : public ::testing::Test {
   static std::string answer_of_table(const std::string& name) {
     return answer([&] { read_csv(name); });
   }
-
-  testing_support::TemporaryFolder temporary_;
 };
 
 void expect_part(const std::string& message, const std::string& part) {
@@ -564,7 +551,7 @@ TEST_F(HostileFiles, OnlyRegularFilesAreRead) {
   expect_part(answer_of_scene(pipe("scene.toml")), "not a regular file");
   expect_part(answer_of_scene(link("device.toml")), "not a regular file");
   expect_part(answer_of_table(pipe("table.csv")), "not a regular file");
-  expect_part(answer_of_table(temporary_.path().string()), "not a regular file");
+  expect_part(answer_of_table(folder_.string()), "not a regular file");
   expect_part(answer([&] { read_frame(pipe("frame.vtu"), {}); }), "not a regular file");
 }
 

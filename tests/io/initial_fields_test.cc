@@ -6,13 +6,12 @@
 #include <clocale>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 #include <locale>
 #include <utility>
 
 #include "io/text/csv_table.h"
 #include "io/text/formula.h"
-#include "support/temporary_folder.h"
+#include "support/folder_test.h"
 #include "tetraction/core/error.h"
 #include "tetraction/io/mesh_writer.h"
 #include "tetraction/io/scene_reader.h"
@@ -23,26 +22,23 @@
 namespace tetraction {
 namespace {
 
+using namespace testing_support;
+
 namespace fs = std::filesystem;
 
-class InitialFields : public testing::Test {
+class InitialFields : public FolderTest {
  protected:
-  std::string write(const std::string& name, const std::string& text) const {
-    std::ofstream(folder_ / name, std::ios::binary) << text;
-    return (folder_ / name).string();
-  }
-
   // A scene of one tetrahedron with these lines in [initial].
   Scene scene(const std::string& initial,
               const std::string& mesh = "generate = { kind = \"tetrahedron\", size = 2 }") const {
-    return read_scene(write("scene.toml", "[mesh]\n" + mesh +
-                                              "\n[material]\nyoungs_modulus = 1e6\n" +
-                                              "poissons_ratio = 0.3\n[initial]\n" + initial));
+    return read_scene(file("scene.toml", "[mesh]\n" + mesh +
+                                             "\n[material]\nyoungs_modulus = 1e6\n" +
+                                             "poissons_ratio = 0.3\n[initial]\n" + initial));
   }
 
   // The message about a displacement of one tetrahedron from a file.
   std::string file_error(const std::string& csv) const {
-    write("u.csv", csv);
+    file("u.csv", csv);
     try {
       read_scene_mesh(scene("displacement = { file = \"u.csv\" }\n"));
     } catch (const FileError& error) {
@@ -61,9 +57,6 @@ class InitialFields : public testing::Test {
     }
     return "accepted";
   }
-
-  testing_support::TemporaryFolder temporary_;
-  fs::path folder_ = temporary_.path();
 };
 
 TEST_F(InitialFields, FormulasAreEvaluatedAtTheRestPositions) {
@@ -97,7 +90,7 @@ TEST_F(InitialFields, FilesOfEachForm) {
   const Matrix all =
       (Matrix(3, 4) << 0.5, 0, 0, 1e-3, 0, 0.25, 0, -2e-3, 0, 0, 0.125, 3e-3).finished();
   const auto field = [&](const std::string& csv) {
-    write("u.csv", csv);
+    file("u.csv", csv);
     return read_scene_mesh(scene("displacement = { file = \"u.csv\" }\n"))
         .point_arrays.at(kInitialDisplacement);
   };
@@ -116,7 +109,7 @@ TEST_F(InitialFields, VertexNumbersAreThoseOfTheMeshFile) {
   TetMesh mesh = generate_tetrahedron(1.0);
   for (auto& id : mesh.vertex_ids) id = 10 * id + 7;
   write_mesh(mesh, (folder_ / "body.msh").string());
-  write("v.csv", "27,1,2,3\n");
+  file("v.csv", "27,1,2,3\n");
   const Scene s = scene("velocity = { file = \"v.csv\" }\n", "file = \"body.msh\"");
   const Matrix field = read_scene_mesh(s).point_arrays.at(kInitialVelocity);
   EXPECT_EQ(field, (Matrix(3, 4) << 0, 0, 1, 0, 0, 0, 2, 0, 0, 0, 3, 0).finished());
@@ -183,7 +176,7 @@ TEST_F(InitialFields, TablesThatAreNeitherFileNorFormulaAreRefused) {
 }
 
 TEST_F(InitialFields, TheWriterWritesThemBack) {
-  write("u.csv", "0,1e-3,0,0\n");
+  file("u.csv", "0,1e-3,0,0\n");
   const Scene s = scene(
       "displacement = { file = \"u.csv\" }\n"
       "velocity = { formula = [\"X > 1 ? \\\"1\\\" : 0\", \"\\\\\", \"Z\"] }\n");
@@ -231,7 +224,7 @@ TEST_F(InitialFields, LocalesDoNotMatter) {
   };
   const std::locale before = std::locale::global(std::locale(std::locale(), new Comma));
   const char* c_locale = std::setlocale(LC_NUMERIC, "de_DE.UTF-8");
-  write("u.csv", "0,0.5,1234.25,0\n");
+  file("u.csv", "0,0.5,1234.25,0\n");
   const Scene s = scene(
       "displacement = { file = \"u.csv\" }\nvelocity = { formula = [\"1.5*X\", \"1250.5\", \"0\"] "
       "}\n");

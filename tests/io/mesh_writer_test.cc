@@ -11,7 +11,7 @@
 #include <set>
 #include <sstream>
 
-#include "support/temporary_folder.h"
+#include "support/folder_test.h"
 #include "tetraction/core/error.h"
 #include "tetraction/io/mesh_reader.h"
 #include "tetraction/mesh/generate.h"
@@ -20,15 +20,11 @@
 namespace tetraction {
 namespace {
 
+using namespace testing_support;
+
 namespace fs = std::filesystem;
 
-class MeshWriter : public ::testing::TestWithParam<const char*> {
- protected:
-  std::string path(const std::string& name) const { return (directory_ / name).string(); }
-
-  testing_support::TemporaryFolder temporary_;
-  fs::path directory_ = temporary_.path();
-};
+class MeshWriter : public FolderTest, public testing::WithParamInterface<const char*> {};
 
 // A block whose coordinates need all their digits.
 TetMesh awkward_block() {
@@ -64,13 +60,6 @@ std::multiset<std::pair<std::array<Index, 4>, int>> elements_of(const TetMesh& m
   return result;
 }
 
-std::string contents(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  std::stringstream text;
-  text << file.rdbuf();
-  return text.str();
-}
-
 TEST_P(MeshWriter, RoundTripIsExact) {
   TetMesh mesh = awkward_block();
   set_regions(mesh);
@@ -79,7 +68,7 @@ TEST_P(MeshWriter, RoundTripIsExact) {
   const TetMesh read = read_mesh(file);
   expect_same_geometry(read, mesh);
   EXPECT_EQ(elements_of(read), elements_of(mesh));
-  for (const auto& entry : fs::directory_iterator(directory_)) {
+  for (const auto& entry : fs::directory_iterator(folder_)) {
     EXPECT_NE(entry.path().extension(), ".part") << "a temporary file was left";
   }
 }
@@ -453,7 +442,7 @@ TEST_F(MeshWriterDetails, UnknownEndingAndEmptyMeshAreInputErrors) {
   EXPECT_THROW(write_mesh(mesh, path("mesh.stl")), InputError);
   EXPECT_THROW(write_mesh(mesh, path("mesh")), InputError);
   EXPECT_THROW(write_mesh(TetMesh{}, path("mesh.vtu")), InputError);
-  EXPECT_TRUE(fs::is_empty(directory_));
+  EXPECT_TRUE(fs::is_empty(folder_));
 }
 
 TEST_F(MeshWriterDetails, AFailedWriteLeavesTheOldFile) {
@@ -470,7 +459,7 @@ TEST_F(MeshWriterDetails, AFailedWriteLeavesTheOldFile) {
 
 // The faces of another mesh would become groups of this one, and a pair of two meshes is none.
 TEST(TetgenWriter, TetgenPairsAreWrittenTogetherAndBesideNoFaces) {
-  const testing_support::TemporaryFolder folder;
+  const TemporaryFolder folder;
   const auto path = [&](const char* name) { return (folder.path() / name).string(); };
   const auto contents = [&](const char* name) {
     std::stringstream text;

@@ -4,13 +4,12 @@
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
-#include <fstream>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
 #include "support/bodies.h"
-#include "support/temporary_folder.h"
+#include "support/folder_test.h"
 #include "tetraction/core/error.h"
 #include "tetraction/dynamics/derived_fields.h"
 #include "tetraction/dynamics/nodal_fields.h"
@@ -29,7 +28,7 @@ using namespace testing_support;
 // A CSV file: the cells of each column.
 using Columns = std::map<std::string, std::vector<std::string>>;
 
-class RunOutput : public testing::Test {
+class RunOutput : public FolderTest {
  protected:
   void SetUp() override {
     scene_ = spinning_block(Integrator::kVerlet, 1e-3, 0.0235);
@@ -48,12 +47,7 @@ class RunOutput : public testing::Test {
     ASSERT_EQ(session_->status(), RunStatus::kFinished) << session_->message();
   }
 
-  std::string text(const std::string& name) const {
-    std::ifstream file(folder_ / name, std::ios::binary);
-    std::stringstream contents;
-    contents << file.rdbuf();
-    return contents.str();
-  }
+  std::string text(const std::string& name) const { return contents(path(name)); }
 
   Columns csv(const std::string& name) const {
     std::stringstream lines(text(name));
@@ -86,9 +80,6 @@ class RunOutput : public testing::Test {
     probe.every = every;
     return probe;
   }
-
-  testing_support::TemporaryFolder temporary_;
-  fs::path folder_ = temporary_.path();
   Scene scene_;
   std::unique_ptr<Session> session_;
   std::unique_ptr<RunRecorder> recorder_;

@@ -1,9 +1,8 @@
 // Loads and amplitudes in scene files: reading, messages, writing, events.
 #include <filesystem>
-#include <fstream>
 
 #include "support/bodies.h"
-#include "support/temporary_folder.h"
+#include "support/folder_test.h"
 #include "tetraction/core/error.h"
 #include "tetraction/io/scene_echo.h"
 #include "tetraction/io/scene_reader.h"
@@ -13,6 +12,8 @@
 
 namespace tetraction {
 namespace {
+
+using namespace testing_support;
 
 namespace fs = std::filesystem;
 
@@ -29,13 +30,8 @@ end = 0.02
 select = { plane = { axis = "x", at = 0.0 } }
 )";
 
-class SceneLoads : public testing::Test {
+class SceneLoads : public FolderTest {
  protected:
-  std::string file(const std::string& name, const std::string& text) const {
-    const std::string path = (folder_ / name).string();
-    std::ofstream(path) << text;
-    return path;
-  }
   Scene read(const std::string& text) const { return read_scene(file("scene.toml", kHead + text)); }
   // The message with which the scene is refused.
   std::string refusal(const std::string& text) const {
@@ -51,9 +47,6 @@ class SceneLoads : public testing::Test {
     const std::string message = refusal(text);
     EXPECT_NE(message.find(part), std::string::npos) << text << "\n→ " << message;
   }
-
-  testing_support::TemporaryFolder temporary_;
-  fs::path folder_ = temporary_.path();
 };
 
 const char* const kEveryLoad = R"(

@@ -1,11 +1,9 @@
 #include "tetraction/io/scene_writer.h"
 
 #include <filesystem>
-#include <fstream>
-#include <sstream>
 
 #include "support/bodies.h"
-#include "support/temporary_folder.h"
+#include "support/folder_test.h"
 #include "tetraction/core/error.h"
 #include "tetraction/io/mesh_reader.h"
 #include "tetraction/io/scene_echo.h"
@@ -16,18 +14,17 @@
 namespace tetraction {
 namespace {
 
+using namespace testing_support;
+
 namespace fs = std::filesystem;
 
-class SceneWriter : public testing::Test {
+class SceneWriter : public FolderTest {
  protected:
   Scene written_and_read(const Scene& scene) const {
     const std::string path = (folder_ / "scene.toml").string();
     write_scene(scene, path);
     return read_scene(path);
   }
-
-  testing_support::TemporaryFolder temporary_;
-  fs::path folder_ = temporary_.path();
 };
 
 // Everything that a scene says but its places and the paths of files.

@@ -9,10 +9,13 @@
 #include <vector>
 
 #include "io/study/study_page.h"
+#include "support/messages.h"
 #include "tetraction/io/study_writer.h"
 
 namespace tetraction {
 namespace {
+
+using namespace testing_support;
 
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
@@ -59,10 +62,6 @@ std::string on(const StudyResult& result, const std::string& topic) {
     return text;
   }
   return {};
-}
-
-void expect_part(const std::string& text, const std::string& part) {
-  EXPECT_NE(text.find(part), std::string::npos) << text << "\nhas not: " << part;
 }
 
 void expect_no_part(const std::string& text, const std::string& part) {

@@ -5,10 +5,9 @@
 #include <filesystem>
 #include <fstream>
 #include <limits>
-#include <sstream>
 #include <thread>
 
-#include "support/temporary_folder.h"
+#include "support/folder_test.h"
 #include "tetraction/core/error.h"
 #include "tetraction/io/mesh_reader.h"
 #include "tetraction/io/mesh_writer.h"
@@ -16,6 +15,8 @@
 
 namespace tetraction {
 namespace {
+
+using namespace testing_support;
 
 namespace fs = std::filesystem;
 
@@ -83,13 +84,8 @@ std::string replaced(std::string text, const std::string& from, const std::strin
   return text.replace(at, from.size(), to);
 }
 
-class VtkReader : public ::testing::Test {
+class VtkReader : public FolderTest {
  protected:
-  std::string path(const std::string& name) const { return (directory_ / name).string(); }
-  std::string file(const std::string& name, const std::string& text) const {
-    std::ofstream(path(name), std::ios::binary) << text;
-    return path(name);
-  }
   RawMesh read(const std::string& name, const std::string& text) const {
     return read_raw_mesh(file(name, text));
   }
@@ -103,17 +99,7 @@ class VtkReader : public ::testing::Test {
     }
     return "(accepted)";
   }
-
-  testing_support::TemporaryFolder temporary_;
-  fs::path directory_ = temporary_.path();
 };
-
-std::string contents(const std::string& path) {
-  std::ifstream stream(path, std::ios::binary);
-  std::stringstream text;
-  text << stream.rdbuf();
-  return text.str();
-}
 
 void expect_refused(const std::string& message, const std::string& part) {
   EXPECT_NE(message, "(accepted)");

@@ -2,12 +2,40 @@
 #pragma once
 
 #include <array>
+#include <string>
 #include <utility>
 
 #include "tetraction/mesh/tet_mesh.h"
 #include "tetraction/simulation/scene.h"
 
 namespace tetraction::testing_support {
+
+/// Parameters of a material with Young's modulus, Pa, and Poisson's ratio.
+inline MaterialSettings elastic(double youngs_modulus, double poissons_ratio,
+                                double density = 1000.0, const std::string& model = "neo-hookean") {
+  MaterialSettings material;
+  material.model = model;
+  material.youngs_modulus = youngs_modulus;
+  material.poissons_ratio = poissons_ratio;
+  material.density = density;
+  return material;
+}
+
+/// A generated body of one material.
+inline Scene scene_of(const GeneratorSettings& mesh, const MaterialSettings& material) {
+  Scene scene;
+  scene.mesh.generate = mesh;
+  scene.material = material;
+  return scene;
+}
+
+/// A load with this vector, of the kind of the list that it is added to.
+inline ForceSettings load(Selection select, const Vector3& vector) {
+  ForceSettings load;
+  load.select = std::move(select);
+  load.vector = vector;
+  return load;
+}
 
 inline FixSettings fix(Selection select, std::array<bool, 3> components = {true, true, true}) {
   FixSettings result;
