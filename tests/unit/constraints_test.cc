@@ -4,6 +4,7 @@
 #include <numeric>
 
 #include "support/bodies.h"
+#include "support/messages.h"
 #include "tetraction/core/error.h"
 #include "tetraction/dynamics/constraints/multipliers.h"
 
@@ -22,12 +23,7 @@ class ConstraintsOfABlock : public testing::Test {
 
   // What the message of the refusal says.
   std::string refusal(ConstraintList list) const {
-    try {
-      make(std::move(list));
-    } catch (const InputError& error) {
-      return error.what();
-    }
-    return {};
+    return message_of([&] { make(std::move(list)); }, "");
   }
 
   PrescribedVertices held(std::vector<Index> vertices, const std::string& name) const {

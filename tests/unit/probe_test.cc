@@ -8,6 +8,8 @@
 #include "mesh/quadratic_shapes.h"
 #include "support/allocations.h"
 #include "support/bodies.h"
+#include "support/messages.h"
+#include "support/scene_parts.h"
 #include "tetraction/core/error.h"
 #include "tetraction/dynamics/derived_fields.h"
 #include "tetraction/dynamics/nodal_fields.h"
@@ -41,13 +43,8 @@ Scene pushed_block(Integrator integrator = Integrator::kVerlet) {
   Scene scene = spinning_block(integrator, 1e-3, 0.2);
   scene.mesh.generate = GeneratorSettings{GeneratorKind::kBox, {2, 1, 1}, {4, 2, 2}};
   scene.initial.angular_velocity.setZero();
-  FixSettings clamp;
-  clamp.select = SelectPlane{0, 0.0, {}};
-  scene.fix = {clamp};
-  ForceSettings push;
-  push.select = SelectPlane{0, 2.0, {}};
-  push.vector = {3.0, -20.0, 10.0};
-  scene.force = {push};
+  scene.fix = {fix(SelectPlane{0, 0.0, {}})};
+  scene.force = {load(SelectPlane{0, 2.0, {}}, {3.0, -20.0, 10.0})};
   return scene;
 }
 
@@ -172,12 +169,7 @@ std::string refusal(const std::vector<ProbeSettings>& probes) {
   Scene scene = pushed_block();
   scene.probe = probes;
   for (ProbeSettings& settings : scene.probe) settings.where = "here.toml:3:1: probe.0";
-  try {
-    const Session session(scene, generate_mesh(*scene.mesh.generate));
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "accepted";
+  return message_of([&] { const Session session(scene, generate_mesh(*scene.mesh.generate)); });
 }
 
 TEST(Probe, WrongSettingsAreRefused) {
@@ -216,8 +208,7 @@ TEST(Probe, PointsOfCurvedElements) {
     x = Vector3(r * std::cos(angle), r * std::sin(angle), x.z());
   }
   Scene scene;
-  scene.material.youngs_modulus = 1e5;
-  scene.material.poissons_ratio = 0.3;
+  scene.material = elastic(1e5, 0.3);
   std::vector<Vector3> points(mesh.vertices.begin(), mesh.vertices.end());
   for (const double angle : {0.05, 0.3, 0.77, 1.2, 1.5}) {
     for (const double r : {1.02, 1.4, 1.97}) {
@@ -269,8 +260,7 @@ TEST(Probe, StressesAtPointsOfQuadraticElements) {
   }
   mesh.point_arrays["u"] = moved;
   Scene scene;
-  scene.material.youngs_modulus = 1e5;
-  scene.material.poissons_ratio = 0.3;
+  scene.material = elastic(1e5, 0.3);
   scene.initial.displacement_array = "u";
   const Index vertex = rest.nodes(0)[1];
   const Vector3 node = rest.position(vertex);
@@ -447,10 +437,7 @@ TEST(DominantFrequency, IsAbsentWithoutTwoPeriods) {
 // Four equal masses on springs, which move together: ω² = 2γ/m. Verlet turns ω into
 // (2/h) asin(ωh/2).
 TEST(DominantFrequency, OfAnOscillatorIsThatOfTheIntegrator) {
-  Scene scene;
-  scene.mesh.generate = GeneratorSettings{GeneratorKind::kTetrahedron};
-  scene.material.youngs_modulus = 1e5;
-  scene.material.poissons_ratio = 0.3;
+  Scene scene = scene_of({GeneratorKind::kTetrahedron}, elastic(1e5, 0.3));
   scene.initial.velocity = {0.1, 0.0, 0.0};
   FixSettings springs;
   springs.is_penalty = true;

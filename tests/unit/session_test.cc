@@ -6,6 +6,8 @@
 #include <memory>
 
 #include "support/bodies.h"
+#include "support/rules.h"
+#include "support/scene_parts.h"
 #include "tetraction/core/error.h"
 
 namespace tetraction {
@@ -17,19 +19,9 @@ TetMesh mesh_of(const Scene& scene) {
   return generate_mesh(*scene.mesh.generate);
 }
 
-std::string name_of(const testing::TestParamInfo<Integrator>& parameter) {
-  std::string name = to_string(parameter.param);
-  std::erase(name, '-');
-  return name;
-}
-
 class EditedSession : public testing::TestWithParam<Integrator> {};
 
-INSTANTIATE_TEST_SUITE_P(Rules, EditedSession,
-                         testing::Values(Integrator::kExplicit, Integrator::kVerlet,
-                                         Integrator::kMidpoint, Integrator::kBackwardEuler,
-                                         Integrator::kEnergyMomentum),
-                         name_of);
+INSTANTIATE_TEST_SUITE_P(Rules, EditedSession, testing::ValuesIn(all_rules()), name_of);
 
 // Everything that acts on a body, and every kind of edit, in one run.
 TEST_P(EditedSession, TheBooksCloseWithEveryTermAtOnce) {
@@ -628,9 +620,7 @@ TEST(Session, EachVertexCanHaveItsOwnTarget) {
 
 TEST(Session, ShiftsMoveAndKickSingleVertices) {
   Scene scene = spinning_block(Integrator::kVerlet, 1e-3, 0.1);
-  FixSettings fix;
-  fix.select = SelectVertices{{0}};
-  scene.fix = {fix};
+  scene.fix = {fix(SelectVertices{{0}})};
   Session session(scene, mesh_of(scene));
   for (int k = 0; k < 5; ++k) ASSERT_TRUE(session.step());
   const State before = session.state();
@@ -672,9 +662,7 @@ TEST(Session, ShiftsMoveAndKickSingleVertices) {
 // The forces of a session are those of the last step that led to its state.
 TEST_P(EditedSession, AStepThatFailsChangesNoForces) {
   Scene scene = spinning_block(GetParam(), 1e-3, 1.0);
-  FixSettings grip;
-  grip.select = SelectBox{{0, 0, 0}, {0, 1, 1}};
-  scene.fix = {grip};
+  scene.fix = {fix(SelectBox{{0, 0, 0}, {0, 1, 1}})};
   ForceSettings push;
   push.select = SelectPlane{0, 2.0, {}};
   push.vector = {0.0, 10.0, 0.0};
