@@ -10,6 +10,8 @@
 
 #include "support/bodies.h"
 #include "support/fibre_rubber.h"
+#include "support/rules.h"
+#include "support/scene_parts.h"
 #include "tetraction/core/error.h"
 #include "tetraction/simulation/session.h"
 
@@ -124,10 +126,7 @@ Scene edited_scene(Integrator integrator) {
   ConstraintSettings rod;
   rod.vertices = {2, 11};
   scene.constraint = {rod};
-  ForceSettings push;
-  push.select = SelectPlane{0, 2.0, {}};
-  push.vector = {5.0, -2.0, 1.0};
-  scene.force = {push};
+  scene.force = {load(SelectPlane{0, 2.0, {}}, {5.0, -2.0, 1.0})};
   return scene;
 }
 
@@ -227,15 +226,7 @@ std::vector<NamedEdit> wrong_edits(const Scene& scene) {
 
 class RefusedEdits : public testing::TestWithParam<Integrator> {};
 
-INSTANTIATE_TEST_SUITE_P(Rules, RefusedEdits,
-                         testing::Values(Integrator::kExplicit, Integrator::kVerlet,
-                                         Integrator::kMidpoint, Integrator::kBackwardEuler,
-                                         Integrator::kEnergyMomentum),
-                         [](const auto& parameter) {
-                           std::string name = to_string(parameter.param);
-                           std::erase(name, '-');
-                           return name;
-                         });
+INSTANTIATE_TEST_SUITE_P(Rules, RefusedEdits, testing::ValuesIn(all_rules()), name_of);
 
 TEST_P(RefusedEdits, OfEveryKindLeaveEverythingAsItWas) {
   const Scene scene = edited_scene(GetParam());
