@@ -5,6 +5,7 @@
 #include <string>
 
 #include "support/bodies.h"
+#include "support/messages.h"
 #include "tetraction/core/error.h"
 
 namespace tetraction {
@@ -22,13 +23,10 @@ Scene clamped() {
 }
 
 std::string refusal(const Scene& scene) {
-  try {
+  return message_of([&] {
     const auto system = make_system(scene, generate_mesh(*scene.mesh.generate));
     make_initial_state(scene, *system);
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "accepted";
+  });
 }
 
 TEST(MakeSystem, MassIsDensityTimesVolumeAndSharedByVertices) {
@@ -135,16 +133,6 @@ TEST(MakeEnvironment, ACustomOneNeedsItsField) {
   EXPECT_THROW(make_environment(settings), InputError);
 }
 
-template <class Action>
-std::string message_of(const Action& action) {
-  try {
-    action();
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "accepted";
-}
-
 // Settings of a program pass the same checks as those of a scene file, with the same words.
 TEST(MakeStepper, RefusesSolverSettingsByTheirKey) {
   const Scene scene = clamped();
@@ -165,12 +153,9 @@ TEST(CheckEvents, FindsSolversThatCannotComputeTheSteps) {
     Scene changed = scene;
     changed.event.push_back({0.1, {}, "", "scene.toml:12:1: event at 0.1 s"});
     changed.event.push_back({0.2, std::move(edits), "", "scene.toml:20:1: event at 0.2 s"});
-    try {
+    return message_of([&] {
       check_events(changed, *make_system(changed, generate_mesh(*changed.mesh.generate)));
-    } catch (const InputError& error) {
-      return error.what();
-    }
-    return "accepted";
+    });
   };
   Scene scene = clamped();
   TimeSettings midpoint = scene.time;
