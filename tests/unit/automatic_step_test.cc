@@ -1,4 +1,4 @@
-#include "simulation/session/automatic_step.h"
+#include "simulation/stepping/automatic_step.h"
 
 #include <gtest/gtest.h>
 

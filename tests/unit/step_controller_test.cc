@@ -1,4 +1,4 @@
-#include "simulation/session/step_controller.h"
+#include "simulation/stepping/step_controller.h"
 
 #include <gtest/gtest.h>
 

@@ -23,9 +23,8 @@ class HistoryColumns {
  private:
   bool has_inverted_ = false;
   bool has_repeated_ = false;
-  bool has_error_ = false;
-  bool has_energy_ = false;
   std::vector<std::string> names_;
+  std::vector<double StepControl::*> adaptation_values_;  // the last columns
 };
 
 }  // namespace tetraction

@@ -11,6 +11,7 @@
 #include "cli/scene_source.h"
 #include "commands.h"
 #include "recorded_session.h"
+#include "simulation/stepping/adaptations.h"
 #include "tetraction/dynamics/whole_body.h"
 
 namespace tetraction {
@@ -20,23 +21,8 @@ namespace {
 std::string step_control_text(const Session& session) {
   const StepControl& control = session.step_control();
   const TimeSettings& time = session.time_settings();
-  switch (time.adapt) {
-    case StepAdaptation::kError:
-      return fmt::format(
-          "step control: errors of at most {:.3g} of the body's diagonal in a step; {} attempts "
-          "rejected, {} of which failed. Momenta are conserved as with equal steps; the energy "
-          "{}\n",
-          time.tolerance, control.rejected, control.failed,
-          is_variational(time.integrator) ? "may drift, because the size of the steps changes"
-                                          : "is treated as in equal steps");
-    case StepAdaptation::kEnergy:
-      return fmt::format(
-          "step control: the discrete energy is kept, but for {} steps without a solution; {} "
-          "attempts failed. energy_error is the one between the ends of steps, which stays bounded "
-          "but is not zero\n",
-          control.without_solution, control.failed);
-    case StepAdaptation::kNone:
-      break;
+  if (adapts(time)) {
+    return fmt::format("step control: {}\n", adaptation(time.adapt).report(control, time));
   }
   if (time.retry == 0) return {};
   return fmt::format("step control: {} steps were made in smaller ones; {} attempts failed\n",

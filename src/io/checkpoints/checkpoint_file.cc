@@ -21,7 +21,7 @@
 #include "io/text/check_sum.h"
 #include "io/text/foreign_json.h"
 #include "io/text/output_file.h"
-#include "simulation/session/step_count.h"
+#include "simulation/stepping/step_count.h"
 #include "tetraction/core/error.h"
 #include "tetraction/simulation/event_settings.h"
 

@@ -5,6 +5,7 @@
 
 #include <Eigen/Geometry>
 
+#include "simulation/stepping/adaptations.h"
 #include "tetraction/dynamics/derived_fields.h"
 #include "tetraction/dynamics/whole_body.h"
 #include "tetraction/simulation/equilibrium.h"
@@ -55,10 +56,7 @@ void add_constraint(const Session& session, std::size_t i, std::vector<double>& 
 }  // namespace
 
 HistoryColumns::HistoryColumns(const Session& session)
-    : has_inverted_(session.may_invert()),
-      has_repeated_(session.may_repeat_steps()),
-      has_error_(session.may_adapt(StepAdaptation::kError)),
-      has_energy_(session.may_adapt(StepAdaptation::kEnergy)) {
+    : has_inverted_(session.may_invert()), has_repeated_(session.may_repeat_steps()) {
   const bool is_static = session.load_path() != nullptr;
   const auto name = [this](auto... names) { (names_.emplace_back(names), ...); };
   name("step", "time");
@@ -91,8 +89,13 @@ HistoryColumns::HistoryColumns(const Session& session)
     name(fmt::format("{}_energy", energies.extra(i).name));
   }
   if (has_repeated_) name("rejected", "substeps");
-  if (has_error_) name("step_error");
-  if (has_energy_) name("discrete_energy", "energy_residual");
+  for (const Adaptation& kind : adaptations()) {
+    if (!session.may_adapt(kind.name)) continue;
+    for (const Adaptation::Column& column : kind.columns) {
+      name(column.name);
+      adaptation_values_.push_back(column.value);
+    }
+  }
 }
 
 std::vector<double> HistoryColumns::values(const Session& session) const {
@@ -133,8 +136,7 @@ std::vector<double> HistoryColumns::values(const Session& session) const {
   for (std::size_t i = 0; i < e.extra_count(); ++i) push(e.extra(i).value);
   const StepControl& control = session.step_control();
   if (has_repeated_) push(control.last_rejected, control.last_substeps);
-  if (has_error_) push(control.last_error);
-  if (has_energy_) push(control.discrete_energy, control.energy_residual);
+  for (const auto value : adaptation_values_) push(control.*value);
   return row;
 }
 

@@ -7,8 +7,14 @@
 #include <exception>
 #include <utility>
 
+#include "failure_diagnosis.h"
+#include "run_warnings.h"
+#include "session_edits.h"
 #include "session_impl.h"
+#include "simulation/scene/initial_state.h"
 #include "simulation/scene/parallel_features.h"
+#include "simulation/scene/shared_error.h"
+#include "simulation/stepping/limit_estimates.h"
 #include "tetraction/core/error.h"
 #include "tetraction/simulation/checkpoint_observer.h"
 #include "tetraction/simulation/event_settings.h"
@@ -17,12 +23,14 @@
 namespace tetraction {
 namespace {
 
-// A run counts as unstable once the energy error is this many times the energy that entered.
-constexpr double kBlowUp = 10.0;
-// The largest such ratio at a state that is good enough to go back to.
+// The largest energy error, relative to the energy that entered, at a state that is good enough to go back to.
 constexpr double kGood = 0.1;
 // Number of steps between two good states that are kept.
 constexpr Index kGoodStateInterval = 16;
+
+bool is_good(const RunData& run) {
+  return relative_energy(run, run.balance->energy_error()) <= kGood;
+}
 
 }  // namespace
 
@@ -53,64 +61,52 @@ int exit_code(RunStatus status) {
   }
 }
 
-std::int64_t Session::Impl::element_id(Index e) const {
-  return system->mesh().tetrahedron_id(e);
-}
-
-double Session::Impl::relative_energy(double energy) const {
-  // Because of the lower bound, round-off in a body at rest does not count.
-  double modulus = 0.0;
-  for (const MaterialField& material : system->materials()) {
-    modulus = std::max(modulus, material.lame_range().most_modulus);
-  }
-  modulus = largest_of_parts(system->part(), modulus);
-  const double floor = 1e-12 * modulus * system->mesh().total_volume();
-  return energy / std::max(balance->energy_scale(), floor);
-}
-
-double Session::Impl::relative_energy_error() const {
-  return relative_energy(balance->energy_error());
-}
-
-bool Session::Impl::blown_up() const {
-  // The usual case without the loop over the mesh.
-  if (balance->energy_error() <= kBlowUp * balance->energy_scale()) return false;
-  return !(relative_energy_error() <= kBlowUp);
-}
-
 void Session::Impl::keep_state() {
-  good.state = state();
-  good.balance = balance->sums();
-  good.plan = progress.plan;
+  good.state = run.state();
+  good.balance = run.balance->sums();
+  good.plan = run.progress.plan;
 }
 
 Session::Session(Scene scene, TetMesh mesh, Analysis analysis, double largest_increment,
                  bool examines_stability)
     : impl_(std::make_unique<Impl>()) {
   Impl& s = *impl_;
-  s.scene = std::move(scene);
-  s.settings = initial_settings(s.scene);
+  RunData& run = s.run;
+  run.scene = std::move(scene);
+  run.analysis = analysis;
+  run.settings = initial_settings(run.scene);
   if (mesh.part) {
-    refuse_what_parts_lack(s.scene, analysis);
+    refuse_what_parts_lack(run.scene, analysis);
   } else {
-    require_local_engine(s.scene);
+    require_local_engine(run.scene);
   }
   {
-    const PhaseTimer timer(s.times.setup);
-    s.system = make_system(s.scene, std::move(mesh));
-    s.reactions = Reactions::zero(s.system->dof_count());
-    s.probes = std::make_unique<ProbeSet>(s.scene.probe, *s.system);
+    const PhaseTimer timer(run.times.setup);
+    run.system = make_system(run.scene, std::move(mesh));
+    run.reactions = Reactions::zero(run.system->dof_count());
+    s.probes = std::make_unique<ProbeSet>(run.scene.probe, *run.system);
     if (analysis == Analysis::kEquilibrium) {
-      s.begin_equilibrium(largest_increment, examines_stability);
+      s.equilibrium = std::make_unique<EquilibriumRun>(run, largest_increment, examines_stability);
+      s.shared = shared_distances(run.settings.constraints.others);
+      s.inversions.update(run, nullptr);
+      s.equilibrium->warn();
       return;
     }
+  }
+  s.begin_motion();
+}
+
+void Session::Impl::begin_motion() {
+  MechanicalSystem& system = *run.system;
+  {
+    const PhaseTimer timer(run.times.setup);
     std::string note;
-    s.states.set(make_initial_state(s.scene, *s.system, s.settings.constraints, note));
-    s.shared = shared_distances(s.settings.constraints.others);
-    if (!note.empty()) s.progress.warnings.push_back(std::move(note));
-    s.stepper = make_stepper(s.settings.time.integrator, s.settings.solver, *s.system);
-    s.balance = std::make_unique<Balance>(*s.system, s.state());
-    const Energies& energies = s.balance->energies();
+    run.states.set(make_initial_state(run.scene, system, run.settings.constraints, note));
+    shared = shared_distances(run.settings.constraints.others);
+    add_warning(run.progress, std::move(note));
+    run.memory.stepper = make_stepper(run.settings.time.integrator, run.settings.solver, system);
+    run.balance = std::make_unique<Balance>(system, run.state());
+    const Energies& energies = run.balance->energies();
     if (!std::isfinite(energies.total())) {
       throw InputError(
           fmt::format("The energy at the start is not finite (kinetic {} J, elastic {} J, "
@@ -119,80 +115,150 @@ Session::Session(Scene scene, TetMesh mesh, Analysis analysis, double largest_in
     }
   }
   CriticalModes modes;
-  s.initial_limit = s.current_limit(s.state().position, &modes);
-  const PhaseTimer timer(s.times.setup);
-  s.choose_step(s.initial_limit, std::move(modes));
-  s.system->applied_force(s.state().position, s.state().time, s.progress.plan.time_step,
-                          s.progress.external_force);
-  s.count_inverted(nullptr);
-  s.warn_of_materials();
-  if (std::string warning = s.step_warning(s.initial_limit); !warning.empty()) {
-    s.progress.warnings.push_back(std::move(warning));
-  }
-  check_events(s.scene, *s.system);
-  s.warn_of_events();
-  s.warn_of_loads();
-  s.warn_of_repeated_constraints();
-  s.warn_of_unused_settings();
-  s.warn_of_blas();
+  const Vector& position = run.state().position;
+  run.initial_limit = timed_limit(run, position, &modes);
+  const PhaseTimer timer(run.times.setup);
+  strategy = make_step_strategy(run);
+  strategy->choose_step(run.initial_limit, std::move(modes));
+  system.applied_force(position, run.state().time, run.progress.plan.time_step,
+                       run.progress.external_force);
+  inversions.update(run, nullptr);
+  warn_of_materials(run);
+  add_warning(run.progress, step_warning(run, run.initial_limit));
+  check_events(run.scene, system);
+  warn_of_events(run);
+  warn_of_loads(run);
+  add_warning(run.progress, repeated_constraint_warning(shared));
+  warn_of_unused_settings(run);
+  warn_of_blas(run);
 }
 
 Session::~Session() = default;
 
 bool Session::step() {
   Impl& s = *impl_;
-  if (s.progress.status != RunStatus::kRunning) return false;
-  const PhaseTimer timer(s.times.stepping);
+  if (s.run.progress.status != RunStatus::kRunning) return false;
+  const PhaseTimer timer(s.run.times.stepping);
   try {
     return s.step();
   } catch (...) {
     // What stepper and solver remember may belong to a state that was not reached.
     try {
-      s.renew_stepper();
+      renew_stepper(s.run);
     } catch (...) {
-      s.stepper->reset();
+      s.run.memory.stepper->reset();
     }
     throw;
   }
 }
 
 bool Session::Impl::step() {
-  if (loading) return load_step();
-  if (!apply_events() || !follow_limit()) return false;
-  states.other().step = -1;  // no attempt has written to it
-  const StepOutcome outcome = advance();
-  if (progress.status == RunStatus::kCancelled) return false;
-  if (!outcome.ok()) {
-    fail(outcome);
+  if (equilibrium) return equilibrium->step(inversions, failed_step);
+  if (!apply_events()) return false;
+  if (const std::optional<StepCollapse> collapse = strategy->follow_limit()) {
+    fail(diagnose_collapse(run, *strategy, *collapse));
     return false;
   }
-  count_inverted(&outcome.elastic_energy);
-  center_note();  // keeps what it finds
-  if (blown_up()) {
-    fail_blown_up();
+  RunProgress& progress = run.progress;
+  State& tried = run.states.other();
+  tried.step = -1;  // no attempt has written to it
+  progress.control.last_rejected = 0;
+  progress.control.last_substeps = 1;
+  const StepOutcome outcome = strategy->advance();
+  if (progress.status == RunStatus::kCancelled) return false;
+  if (!outcome.ok()) {
+    fail(diagnose_step(run, *strategy, outcome, tried));
+    return false;
+  }
+  inversions.update(run, &outcome.elastic_energy);
+  center_note(run);  // keeps what it finds
+  if (has_blown_up(run)) {
+    fail(diagnose_blow_up(run, *strategy));
     return true;
   }
-  if (keeps_good_states && state().step % kGoodStateInterval == 0 &&
-      relative_energy_error() <= kGood) {
-    keep_state();
-  }
-  if (state().step - progress.plan.segment_step >= progress.plan.segment_count) {
-    progress.status = RunStatus::kFinished;
-    warn_at_the_end();
-  }
+  const Index number = run.state().step;
+  if (keeps_good_states && number % kGoodStateInterval == 0 && is_good(run)) keep_state();
+  if (number - progress.plan.segment_step >= progress.plan.segment_count) finish();
   return true;
 }
 
-bool Session::Impl::cancelled_within_step() {
-  const auto asked = [](const StopRequest* request) { return request->stop_requested(); };
-  if (std::none_of(stop_requests.begin(), stop_requests.end(), asked)) return false;
-  progress.status = RunStatus::kCancelled;
-  progress.message = fmt::format(
-      "stopped on request after step {} ({} = {:.6g}{}), in the middle of the next one, which was "
-      "given up",
-      state().step, loading ? "load factor" : "t", state().time, loading ? "" : " s");
-  // What it remembers belongs to a state that was not reached.
-  stepper->reset();
+void Session::Impl::finish() {
+  run.progress.status = RunStatus::kFinished;
+  warn_at_the_end(run, *strategy);
+}
+
+void Session::Impl::fail(Diagnosis diagnosis) {
+  end_run(run, diagnosis);
+  failed_step = std::move(diagnosis.failure);
+}
+
+void Session::Impl::require_motion(const char* what) const {
+  if (run.analysis == Analysis::kMotion) return;
+  throw InputError(fmt::format("A session that computes an equilibrium has no {}.", what));
+}
+
+void Session::apply(const Edit& edit, const std::string& what) {
+  Impl& s = *impl_;
+  s.require_motion("edits");
+  // What is made last counts: events that are due would otherwise come after this edit.
+  const bool runs = s.run.progress.status == RunStatus::kRunning;
+  if (runs && !s.apply_events() && s.run.progress.status == RunStatus::kNotConverged) {
+    throw InputError(s.run.progress.message);
+  }
+  s.apply(edit, s.run.state().time, what);
+  if (s.run.progress.status == RunStatus::kFinished && std::holds_alternative<SetTime>(edit) &&
+      steps_to_end(s.run, s.run.progress.plan.time_step) > 0) {
+    s.run.progress.status = RunStatus::kRunning;
+  }
+}
+
+void Session::Impl::apply(const Edit& edit, double at, const std::string& what) {
+  apply_edit(run, strategy, edit, at, what);
+  shared = shared_distances(run.settings.constraints.others);
+  inversions.update(run, nullptr);
+  if (keeps_good_states) keep_state();
+}
+
+bool Session::Impl::apply_events() {
+  // t = k h has round-off. An event may make the step so short that the next event is not due yet.
+  const auto due = [this] {
+    return run.progress.next_event < run.scene.event.size() &&
+           run.scene.event[run.progress.next_event].at <=
+               run.state().time + 1e-6 * run.progress.plan.time_step;
+  };
+  while (due()) {
+    const EventSettings& event = run.scene.event[run.progress.next_event++];
+    std::vector<AppliedEdit>& edits = run.progress.edits;
+    const std::size_t before = edits.size();
+    try {
+      for (const Edit& edit : event.edits) apply(edit, event.at, event.echo);
+    } catch (const InputError& error) {
+      // If not all parts have this error, the others may have made the event.
+      if (run.system->part() != nullptr &&
+          dynamic_cast<const SharedInputError*>(&error) == nullptr) {
+        throw;
+      }
+      run.progress.status = RunStatus::kNotConverged;
+      run.progress.message =
+          fmt::format("step {} (t = {:.6g} s): the event at {} s could not be made: {}",
+                      run.state().step + 1, run.state().time, event.at, error.what());
+      return false;
+    } catch (...) {
+      if (edits.size() == before) --run.progress.next_event;
+      throw;
+    }
+    // One entry for the whole event.
+    AppliedEdit& whole = edits[before];
+    for (std::size_t i = before + 1; i < edits.size(); ++i) {
+      whole.energy_jump += edits[i].energy_jump;
+      if (!edits[i].warning.empty()) whole.warning = edits[i].warning;
+    }
+    edits.resize(before + 1);
+    if (run.progress.plan.segment_count <= run.state().step - run.progress.plan.segment_step) {
+      finish();
+      return false;
+    }
+  }
   return true;
 }
 
@@ -204,23 +270,10 @@ void Session::Impl::fail_with_exception() {
     what = error.what();
   } catch (...) {
   }
-  progress.message = fmt::format(
+  run.progress.message = fmt::format(
       "step {} (t = {:.6g} s): an exception of a material or a force term ended the run: {}",
-      state().step + 1, state().time, what);
-  progress.status = RunStatus::kNotConverged;
-}
-
-void Session::Impl::renew_stepper() {
-  auto fresh = make_stepper(settings.time.integrator, settings.solver, *system);
-  stepper = std::move(fresh);
-  whole_stepper.reset();
-  tracker.reset();
-}
-
-void Session::Impl::accept_step() {
-  stepper->exchange_reactions(reactions);
-  progress.external_force.swap(trial_external_force);
-  states.switch_to_other();
+      run.state().step + 1, run.state().time, what);
+  run.progress.status = RunStatus::kNotConverged;
 }
 
 void Session::keep_good_states() {
@@ -230,20 +283,21 @@ void Session::keep_good_states() {
 
 void Session::go_back() {
   Impl& s = *impl_;
-  if (s.loading) return;
-  if (s.progress.status != RunStatus::kUnstable && s.progress.status != RunStatus::kNotConverged)
+  if (s.equilibrium) return;
+  if (s.run.progress.status != RunStatus::kUnstable &&
+      s.run.progress.status != RunStatus::kNotConverged)
     return;
-  if (s.keeps_good_states && !(s.relative_energy_error() <= kGood)) {
-    s.states.set(s.good.state);
-    s.balance->restore(s.good.balance);
-    s.progress.plan = s.good.plan;
+  if (s.keeps_good_states && !is_good(s.run)) {
+    s.run.states.set(s.good.state);
+    s.run.balance->restore(s.good.balance);
+    s.run.progress.plan = s.good.plan;
   }
-  s.progress.status = RunStatus::kRunning;
-  s.progress.message.clear();
-  s.progress.passed_center.clear();
+  s.run.progress.status = RunStatus::kRunning;
+  s.run.progress.message.clear();
+  s.run.progress.passed_center.clear();
   s.failed_step.reset();
   // Data that the solver keeps from the failed step must not affect later steps.
-  apply(SetSolver{s.settings.solver}, R"("go back")");
+  apply(SetSolver{s.run.settings.solver}, R"("go back")");
 }
 
 RunStatus Session::run(const std::vector<Observer*>& observers) {
@@ -259,7 +313,7 @@ RunStatus Session::run(const std::vector<Observer*>& observers) {
     } catch (...) {
       s.fail_with_exception();
       // Observers of a body in parts wait for those of other processes, where the step may go on.
-      if (s.system->part() != nullptr) throw;
+      if (s.run.system->part() != nullptr) throw;
       const Impl::ObserverTimer timer(s);
       for (Observer* observer : observers) {
         try {
@@ -272,12 +326,12 @@ RunStatus Session::run(const std::vector<Observer*>& observers) {
   };
   for (const Observer* observer : observers) {
     const auto* request = dynamic_cast<const StopRequest*>(observer);
-    if (request != nullptr) s.stop_requests.push_back(request);
+    if (request != nullptr) s.run.stop_requests.push_back(request);
   }
   // An exception must not leave the pointers behind.
   const auto forget = [](std::vector<const StopRequest*>* requests) { requests->clear(); };
-  const std::unique_ptr<std::vector<const StopRequest*>, decltype(forget)> guard(&s.stop_requests,
-                                                                                 forget);
+  const std::unique_ptr<std::vector<const StopRequest*>, decltype(forget)> guard(
+      &s.run.stop_requests, forget);
   std::vector<CheckpointObserver*> keepers;
   for (Observer* observer : observers) {
     auto* keeper = dynamic_cast<CheckpointObserver*>(observer);
@@ -291,16 +345,16 @@ RunStatus Session::run(const std::vector<Observer*>& observers) {
     for (CheckpointObserver* keeper : keeping) keeper->on_checkpoint(*this, made, regular);
     if (regular) last_regular = step_number();
   };
-  while (s.progress.status == RunStatus::kRunning && make_step()) {
+  while (s.run.progress.status == RunStatus::kRunning && make_step()) {
     tell([&](Observer& o) {
-      if (!o.on_step(*this) && s.progress.status == RunStatus::kRunning) {
-        s.progress.status = RunStatus::kCancelled;
-        s.progress.message = fmt::format("stopped on request after step {} (t = {:.6g} s)",
-                                         s.state().step, s.state().time);
+      if (!o.on_step(*this) && s.run.progress.status == RunStatus::kRunning) {
+        s.run.progress.status = RunStatus::kCancelled;
+        s.run.progress.message = fmt::format("stopped on request after step {} (t = {:.6g} s)",
+                                             s.run.state().step, s.run.state().time);
       }
     });
-    if (keepers.empty() ||
-        (s.progress.status != RunStatus::kRunning && s.progress.status != RunStatus::kCancelled)) {
+    if (keepers.empty() || (s.run.progress.status != RunStatus::kRunning &&
+                            s.run.progress.status != RunStatus::kCancelled)) {
       continue;
     }
     std::vector<CheckpointObserver*> due;
@@ -310,11 +364,11 @@ RunStatus Session::run(const std::vector<Observer*>& observers) {
     }
     make_checkpoint(due, true);
   }
-  if (s.progress.status == RunStatus::kCancelled && last_regular != step_number()) {
+  if (s.run.progress.status == RunStatus::kCancelled && last_regular != step_number()) {
     make_checkpoint(keepers, false);
   }
   tell([&](Observer& o) { o.on_finish(*this); });
-  return s.progress.status;
+  return s.run.progress.status;
 }
 
 }  // namespace tetraction

@@ -71,33 +71,29 @@ std::string difference(const BodyIdentity& a, const BodyIdentity& b) {
   return text;
 }
 
-}  // namespace
-
-const BodyIdentity& Session::Impl::identity() {
-  if (!body) body = make_identity(*system);
-  return *body;
-}
-
-void Session::Impl::require_own(const Checkpoint& checkpoint) {
-  if (checkpoint.body != identity()) {
+// Throws InputError if the checkpoint does not belong to this body and scene.
+void require_own(const Checkpoint& checkpoint, const RunData& run, const BodyIdentity& body) {
+  const MechanicalSystem& system = *run.system;
+  const Scene& scene = run.scene;
+  if (checkpoint.body != body) {
     throw InputError(fmt::format(
         "The checkpoint belongs to another body: it differs in {} (the checkpoint has {} "
         "vertices and {} regions, this session {} and {}).",
-        difference(checkpoint.body, identity()), checkpoint.state.position.size() / 3,
-        checkpoint.settings.materials.size(), system->vertex_count(), system->region_count()));
+        difference(checkpoint.body, body), checkpoint.state.position.size() / 3,
+        checkpoint.settings.materials.size(), system.vertex_count(), system.region_count()));
   }
-  const Index dofs = system->dof_count();
+  const Index dofs = system.dof_count();
   const State& state = checkpoint.state;
   if (state.position.size() != dofs || state.velocity.size() != dofs ||
       state.momentum.size() != dofs || checkpoint.reactions.force.size() != dofs ||
       checkpoint.reactions.delay.size() != dofs ||
       (checkpoint.progress.external_force.size() != 0 &&
        checkpoint.progress.external_force.size() != dofs) ||
-      static_cast<Index>(checkpoint.settings.materials.size()) != system->region_count()) {
+      static_cast<Index>(checkpoint.settings.materials.size()) != system.region_count()) {
     throw InputError(fmt::format(
         "The checkpoint is not complete: a vector or the list of materials has not the size that a "
         "body of {} vertices and {} regions needs.",
-        system->vertex_count(), system->region_count()));
+        system.vertex_count(), system.region_count()));
   }
   // Edits add forces, fixes and constraints, and remove none: a run never has fewer than its scene.
   const BodyConstraints& constraints = checkpoint.settings.constraints;
@@ -121,7 +117,7 @@ void Session::Impl::require_own(const Checkpoint& checkpoint) {
   }
   // Energies are summed by their places.
   const auto has_own_energies = [&](const Energies& energies) {
-    return std::ranges::equal(energies.entries(), balance->sums().energies.entries(), {},
+    return std::ranges::equal(energies.entries(), run.balance->sums().energies.entries(), {},
                               &Energies::Entry::name, &Energies::Entry::name);
   };
   if (!has_own_energies(checkpoint.balance.initial_energies) ||
@@ -130,9 +126,16 @@ void Session::Impl::require_own(const Checkpoint& checkpoint) {
         "The checkpoint belongs to another scene: it has other energies than this session.");
   }
   const bool is_finite = state.position.allFinite() && state.momentum.allFinite();
-  if (!everywhere(system->part(), is_finite) || !std::isfinite(state.time)) {
+  if (!everywhere(system.part(), is_finite) || !std::isfinite(state.time)) {
     throw InputError("The state of the checkpoint is not finite.");
   }
+}
+
+}  // namespace
+
+const BodyIdentity& Session::Impl::identity() {
+  if (!body) body = make_identity(*run.system);
+  return *body;
 }
 
 Checkpoint Session::checkpoint() {
@@ -140,53 +143,54 @@ Checkpoint Session::checkpoint() {
   s.require_motion("checkpoints");
   // An explicit step without equations of constraints remembers only the force at the present
   // positions, which a new stepper computes with the same bits.
-  const bool remembers = is_implicit(s.settings.time.integrator) || s.adapts() ||
-                         s.settings.time.retry > 0 || s.system->constraints().has_equations();
+  const bool remembers = is_implicit(s.run.settings.time.integrator) ||
+                         adapts(s.run.settings.time) || s.run.settings.time.retry > 0 ||
+                         s.run.system->constraints().has_equations();
   if (remembers) {
-    s.renew_stepper();
+    renew_stepper(s.run);
   } else {
-    s.tracker.reset();
+    s.run.memory.tracker.reset();
   }
   // The modes are vectors over the free coordinates of a part, which another number of parts could not use.
-  if (s.system->part() != nullptr) s.progress.plan.automatic.modes = {};
-  return {s.identity(), s.settings, s.progress, s.state(), s.balance->sums(), s.reactions};
+  if (s.run.system->part() != nullptr) s.run.progress.plan.automatic.modes = {};
+  return {s.identity(),  s.run.settings,        s.run.progress,
+          s.run.state(), s.run.balance->sums(), s.run.reactions};
 }
 
 void Session::restore(const Checkpoint& checkpoint) {
   Impl& s = *impl_;
   s.require_motion("checkpoints");
-  s.require_own(checkpoint);
+  require_own(checkpoint, s.run, s.identity());
   // Copies, so that nothing can fail any more once the session changes. The system is changed in
   // place and put back if something fails.
   Checkpoint own = checkpoint;
-  SystemSettings old_system(*s.system);
+  SystemSettings old_system(*s.run.system);
   std::optional<Constraints> old_constraints;
   std::unique_ptr<Stepper> stepper;
   const TimeSettings& time = own.settings.time;
   try {
-    SystemSettings(own.settings, *s.system, s.scene.amplitude).put_in(*s.system);
-    old_constraints = s.system->set_constraints(
-        Constraints(own.settings.constraints.list(), s.system->mesh(), s.system->mass()));
+    SystemSettings(own.settings, *s.run.system, s.run.scene.amplitude).put_in(*s.run.system);
+    old_constraints = s.run.system->set_constraints(
+        Constraints(own.settings.constraints.list(), s.run.system->mesh(), s.run.system->mass()));
     const Index forces = own.reactions.configuration_force.size();
-    if (forces != 0 && forces != s.system->constraints().configuration_size()) {
+    if (forces != 0 && forces != s.run.system->constraints().configuration_size()) {
       throw InputError("The checkpoint is not complete: forces of its constraints are missing.");
     }
-    stepper = make_stepper(time.integrator, own.settings.solver, *s.system);
-    s.inversion_counter = s.make_inversion_counter();
+    stepper = make_stepper(time.integrator, own.settings.solver, *s.run.system);
+    s.inversions.renew(*s.run.system);
   } catch (...) {
-    if (old_constraints) s.system->set_constraints(std::move(*old_constraints));
-    old_system.put_in(*s.system);
+    if (old_constraints) s.run.system->set_constraints(std::move(*old_constraints));
+    old_system.put_in(*s.run.system);
     throw;
   }
-  s.settings = std::move(own.settings);
-  s.shared = shared_distances(s.settings.constraints.others);
-  s.progress = std::move(own.progress);
-  s.balance->restore(std::move(own.balance));
-  s.states.set(own.state);
-  s.stepper = std::move(stepper);
-  s.reactions = std::move(own.reactions);
-  s.whole_stepper.reset();
-  s.tracker.reset();
+  s.run.settings = std::move(own.settings);
+  s.shared = shared_distances(s.run.settings.constraints.others);
+  s.run.progress = std::move(own.progress);
+  s.run.balance->restore(std::move(own.balance));
+  s.run.states.set(own.state);
+  s.run.memory = {std::move(stepper), nullptr, nullptr};
+  s.run.reactions = std::move(own.reactions);
+  s.strategy = make_step_strategy(s.run);
   s.failed_step.reset();
   if (s.keeps_good_states) s.keep_state();
 }

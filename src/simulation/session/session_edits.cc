@@ -1,4 +1,5 @@
-// Edits between two steps: one mechanism for events, viewer and library users.
+#include "session_edits.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -7,9 +8,10 @@
 #include <tuple>
 #include <utility>
 
-#include "session_impl.h"
+#include "run_warnings.h"
 #include "simulation/scene/body_loads.h"
-#include "simulation/scene/shared_error.h"
+#include "simulation/scene/initial_state.h"
+#include "simulation/stepping/limit_estimates.h"
 #include "tetraction/core/error.h"
 #include "tetraction/dynamics/constraints/multipliers.h"
 #include "tetraction/simulation/setting_keys.h"
@@ -62,7 +64,7 @@ class Undo {
   std::vector<std::function<void()>> steps_;
 };
 
-// Changes the settings, the system and a copy of the state. Session::Impl::apply() puts the first two
+// Changes the settings, the system and a copy of the state. apply_edit() puts the first two
 // back with `undo` if the edit cannot be made.
 struct Editor {
   MechanicalSystem& system;
@@ -267,28 +269,18 @@ struct Editor {
 
 }  // namespace
 
-void Session::apply(const Edit& edit, const std::string& what) {
-  Impl& s = *impl_;
-  s.require_motion("edits");
-  // What is made last counts: events that are due would otherwise come after this edit.
-  const bool runs = s.progress.status == RunStatus::kRunning;
-  if (runs && !s.apply_events() && s.progress.status == RunStatus::kNotConverged) {
-    throw InputError(s.progress.message);
-  }
-  s.apply(edit, s.state().time, what);
-  if (s.progress.status == RunStatus::kFinished && std::holds_alternative<SetTime>(edit) &&
-      s.steps_to_end(s.progress.plan.time_step) > 0) {
-    s.progress.status = RunStatus::kRunning;
-  }
-}
-
-void Session::Impl::apply(const Edit& edit, double at, const std::string& what) {
+void apply_edit(RunData& run, std::unique_ptr<StepStrategy>& strategy, const Edit& edit, double at,
+                const std::string& what) {
   // The edit changes a copy of the state, which becomes the present one once nothing can fail any
   // more. Other objects refer to the system; therefore it is changed in place, and so are the
   // settings and the plan of the steps. All are put back if something fails.
-  State& new_state = states.other();
-  new_state = state();
+  MechanicalSystem& system = *run.system;
+  RunSettings& settings = run.settings;
+  RunProgress& progress = run.progress;
+  State& new_state = run.states.other();
+  new_state = run.state();
   std::unique_ptr<Stepper> new_stepper;
+  std::unique_ptr<StepStrategy> new_strategy;
   AppliedEdit done;
   Undo undo;
   std::optional<Constraints> old_constraints;
@@ -296,29 +288,30 @@ void Session::Impl::apply(const Edit& edit, double at, const std::string& what) 
   const StepRange old_steps = progress.steps;
   const double old_first_step = progress.first_time_step;
   try {
-    Editor editor{*system, settings, new_state, scene.amplitude, undo};
+    Editor editor{system, settings, new_state, run.scene.amplitude, undo};
     std::visit(editor, edit);
     const Renewal& renewal = editor.renewal;
     if (renewal.constraints) {
-      old_constraints = constrain(*system, settings.constraints, new_state.time, new_state.position,
+      old_constraints = constrain(system, settings.constraints, new_state.time, new_state.position,
                                   "bring their targets nearer to the present positions.");
-      project_to_constraints(system->constraints(), system->mass(), new_state.position,
+      project_to_constraints(system.constraints(), system.mass(), new_state.position,
                              new_state.time, new_state.momentum);
-      system->velocity_of(new_state.momentum, new_state.velocity);
+      system.velocity_of(new_state.momentum, new_state.velocity);
     }
     const bool limited = !is_implicit(settings.time.integrator);
     StabilityLimit limit;
     CriticalModes modes;
     if (limited && (renewal.limit || renewal.step)) {
-      limit = current_limit(new_state.position, &modes);
+      limit = timed_limit(run, new_state.position, &modes);
     }
     if (renewal.step) {
-      choose_step(limit, std::move(modes));
+      new_strategy = make_step_strategy(run);
+      new_strategy->choose_step(limit, std::move(modes));
     } else if (limited && renewal.limit) {
-      renew_automatic_step(limit, std::move(modes));
+      strategy->renew(limit, std::move(modes));
     }
     if (renewal.stepper || renewal.constraints) {
-      new_stepper = make_stepper(settings.time.integrator, settings.solver, *system);
+      new_stepper = make_stepper(settings.time.integrator, settings.solver, system);
     }
     done.at = at;
     done.time = new_state.time;
@@ -326,7 +319,7 @@ void Session::Impl::apply(const Edit& edit, double at, const std::string& what) 
     done.what = what;
     done.warning = editor.warning;
     if (limited && renewal.limit) {
-      if (std::string warning = step_warning(limit); !warning.empty()) {
+      if (std::string warning = step_warning(run, limit); !warning.empty()) {
         done.warning = std::move(warning);
       }
     }
@@ -334,71 +327,27 @@ void Session::Impl::apply(const Edit& edit, double at, const std::string& what) 
     if (progress.edits.size() == progress.edits.capacity()) {
       progress.edits.reserve(2 * progress.edits.size() + 1);
     }
-    done.energy_jump = balance->enter_edit(new_state);
+    done.energy_jump = run.balance->enter_edit(new_state);
   } catch (...) {
-    if (old_constraints) system->set_constraints(std::move(*old_constraints));
+    if (old_constraints) system.set_constraints(std::move(*old_constraints));
     undo.undo();
     progress.plan = old_plan;
     progress.steps = old_steps;
     progress.first_time_step = old_first_step;
-    tracker.reset();
+    run.memory.tracker.reset();
     throw;
   }
   if (new_stepper) {
-    stepper = std::move(new_stepper);
-    whole_stepper.reset();
-    reactions = Reactions::zero(system->dof_count());
+    run.memory.stepper = std::move(new_stepper);
+    run.memory.whole_stepper.reset();
+    run.reactions = Reactions::zero(system.dof_count());
   } else {
-    stepper->reset();
+    run.memory.stepper->reset();
   }
+  if (new_strategy) strategy = std::move(new_strategy);
   progress.plan.adaptive = {};
-  shared = shared_distances(settings.constraints.others);
-  states.switch_to_other();
+  run.states.switch_to_other();
   progress.edits.push_back(std::move(done));
-  count_inverted(nullptr);
-  if (keeps_good_states) keep_state();
-}
-
-bool Session::Impl::apply_events() {
-  // t = k h has round-off. An event may make the step so short that the next event is not due yet.
-  const auto due = [this] {
-    return progress.next_event < scene.event.size() &&
-           scene.event[progress.next_event].at <= state().time + 1e-6 * progress.plan.time_step;
-  };
-  while (due()) {
-    const EventSettings& event = scene.event[progress.next_event++];
-    std::vector<AppliedEdit>& edits = progress.edits;
-    const std::size_t before = edits.size();
-    try {
-      for (const Edit& edit : event.edits) apply(edit, event.at, event.echo);
-    } catch (const InputError& error) {
-      // If not all parts have this error, the others may have made the event.
-      if (system->part() != nullptr && dynamic_cast<const SharedInputError*>(&error) == nullptr) {
-        throw;
-      }
-      progress.status = RunStatus::kNotConverged;
-      progress.message =
-          fmt::format("step {} (t = {:.6g} s): the event at {} s could not be made: {}",
-                      state().step + 1, state().time, event.at, error.what());
-      return false;
-    } catch (...) {
-      if (edits.size() == before) --progress.next_event;
-      throw;
-    }
-    // One entry for the whole event.
-    AppliedEdit& whole = edits[before];
-    for (std::size_t i = before + 1; i < edits.size(); ++i) {
-      whole.energy_jump += edits[i].energy_jump;
-      if (!edits[i].warning.empty()) whole.warning = edits[i].warning;
-    }
-    edits.resize(before + 1);
-    if (progress.plan.segment_count <= state().step - progress.plan.segment_step) {
-      progress.status = RunStatus::kFinished;
-      warn_at_the_end();
-      return false;
-    }
-  }
-  return true;
 }
 
 }  // namespace tetraction

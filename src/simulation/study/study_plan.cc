@@ -9,7 +9,7 @@
 #include "core/quoting.h"
 #include "core/spelling.h"
 #include "simulation/scene/initial_state.h"
-#include "simulation/session/step_count.h"
+#include "simulation/stepping/step_count.h"
 #include "tetraction/core/error.h"
 #include "tetraction/simulation/setting_keys.h"
 #include "tetraction/simulation/study.h"

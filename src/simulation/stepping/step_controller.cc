@@ -84,12 +84,6 @@ class Search {
 
 }  // namespace
 
-StepBounds step_bounds(const TimeSettings& time, double first_step) {
-  const bool by_energy = time.adapt == StepAdaptation::kEnergy;
-  return {time.min_step.value_or((by_energy ? 0.1 : 1e-6) * first_step),
-          time.max_step.value_or((by_energy ? 10.0 : 100.0) * first_step)};
-}
-
 double StepController::after_rejection(double error) const {
   if (!std::isfinite(error)) return kLeastFactor;
   return std::clamp(kSafety * std::pow(error, -exponent_), kLeastFactor, kSafety);

@@ -1,0 +1,95 @@
+// The data of a run that the parts of a session share.
+#pragma once
+
+#include <chrono>
+#include <limits>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "state_buffers.h"
+#include "tetraction/simulation/session.h"
+#include "tetraction/simulation/stop_request.h"
+
+namespace tetraction {
+
+/// Measures the time from its construction to its destruction and adds it to a phase.
+class PhaseTimer {
+ public:
+  using Clock = std::chrono::steady_clock;
+  explicit PhaseTimer(double& phase) : phase_(phase), start_(Clock::now()) {}
+  ~PhaseTimer() { phase_ += std::chrono::duration<double>(Clock::now() - start_).count(); }
+  PhaseTimer(const PhaseTimer&) = delete;
+  PhaseTimer& operator=(const PhaseTimer&) = delete;
+
+ private:
+  double& phase_;
+  Clock::time_point start_;
+};
+
+/// The objects that remember something of earlier steps. All of it is forgotten at a checkpoint.
+struct StepMemory {
+  std::unique_ptr<Stepper> stepper;
+  std::unique_ptr<Stepper> whole_stepper;     // of steps that are compared with two halves
+  std::unique_ptr<StabilityTracker> tracker;  // made when the limit is first followed
+};
+
+/// Work space of one step. Its vectors stay from step to step, so that a step need not allocate.
+struct StepWork {
+  Vector external_force;       // in the step that is being made, N
+  BalanceSums balance_before;  // before this step
+  State middle;                // between two halves, or in the middle of a step
+  State whole;                 // after the step that is compared with its halves
+};
+
+/// The scene, its objects, and how far the run has come. The functions of this folder read and change it.
+struct RunData {
+  Scene scene;
+  Analysis analysis = Analysis::kMotion;
+  RunSettings settings;
+  RunProgress progress;
+  StateBuffers states;
+  std::unique_ptr<MechanicalSystem> system;
+  StepMemory memory;
+  StepWork work;
+  Reactions reactions;  // of the last step that did not fail, as those of Stepper
+  std::unique_ptr<Balance> balance;
+  StabilityLimit initial_limit;
+  double landing = std::numeric_limits<double>::infinity();  // see Session::land_at()
+  std::vector<const StopRequest*>
+      stop_requests;  // of the observers, while Session::run() is running
+  PhaseTimes times;
+
+  /// The present state.
+  const State& state() const { return states.present(); }
+};
+
+/// What times near t are rounded to, s.
+double round_off_of_time(double t);
+/// Adds the warning unless it is empty.
+void add_warning(RunProgress& progress, std::string warning);
+
+/// An energy relative to the energy that entered.
+double relative_energy(const RunData& run, double energy);
+/// Whether the energy error of the integrator is so large that the run counts as unstable.
+bool has_blown_up(const RunData& run);
+/// The user forces at the present time, those of the next step: 3 per vertex, N.
+Vector next_external_force(const RunData& run);
+
+/// The number of steps left with this size, including a shorter last one.
+Index steps_to_end(const RunData& run, double step);
+/// Starts steps of this size at the present state.
+void set_time_step(RunData& run, double step);
+/// Enters the length of a step that was accepted, s.
+void enter_length(RunProgress& progress, double length, bool is_cut_short);
+/// Enters what the solver did in a step.
+void count_iterations(RunProgress& progress, const MinimizerReport& report);
+/// Makes states.other() the present state, with the forces of the step that led to it.
+void accept_step(RunData& run);
+/// Makes a stepper that remembers nothing of earlier steps, and forgets all other memory of them.
+void renew_stepper(RunData& run);
+/// Called between the parts of a step and the attempts at it. If an observer wants the run to stop, it
+/// is cancelled. The caller then returns without a change of the state.
+bool is_cancelled_within_step(RunData& run);
+
+}  // namespace tetraction
