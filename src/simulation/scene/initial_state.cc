@@ -10,6 +10,7 @@
 #include "body_constraints.h"
 #include "shared_error.h"
 #include "tetraction/core/error.h"
+#include "tetraction/dynamics/body_sums.h"
 #include "tetraction/dynamics/constraints/multipliers.h"
 #include "tetraction/simulation/equilibrium.h"
 #include "tetraction/simulation/setting_keys.h"
@@ -69,7 +70,7 @@ Vector initial_positions(const Scene& scene, const MechanicalSystem& system, boo
   const auto check = [&](const char* key) {
     if (checked) check_inversion(scene, system, position, key);
   };
-  const Vector3 center = system.center_of_mass(position);
+  const Vector3 center = center_of_mass(system, position);
   const Vector3& stretch = scene.initial.stretch;
   for (Index v = 0; v < system.vertex_count(); ++v) {
     // A component that is not stretched stays bitwise unchanged.
@@ -119,7 +120,7 @@ Vector static_positions(const Scene& scene, const MechanicalSystem& system, std:
 
 void set_initial_velocity(const Scene& scene, const MechanicalSystem& system, State& state) {
   const InitialSettings& initial = scene.initial;
-  const Vector3 center = system.center_of_mass(state.position);
+  const Vector3 center = center_of_mass(system, state.position);
   Vector velocity(system.dof_count());
   for (Index v = 0; v < system.vertex_count(); ++v) {
     const Vector3 arm = vertex_block(std::as_const(state.position), v) - center;

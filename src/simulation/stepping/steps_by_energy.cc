@@ -1,5 +1,6 @@
 // time.adapt = "energy": every step has the size that keeps the discrete energy.
 #include <fmt/format.h>
+#include "tetraction/dynamics/body_sums.h"
 
 #include <algorithm>
 #include <cmath>
@@ -57,7 +58,7 @@ class StepsByEnergy final : public AdaptiveSteps {
 double StepsByEnergy::full_energy(const State& at, double& magnitude) const {
   const MechanicalSystem& system = *run_.system;
   Energies energies = run_.balance->energies();
-  if (!system.energies(at, energies).ok()) return std::numeric_limits<double>::quiet_NaN();
+  if (!evaluate_energies(system, at, energies).ok()) return std::numeric_limits<double>::quiet_NaN();
   double energy = energies.total();
   magnitude = 0.0;
   for (const Energies::Entry& entry : energies.entries()) magnitude += std::abs(entry.value);
