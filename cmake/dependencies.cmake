@@ -3,6 +3,7 @@ macro(tetraction_require)
   find_package(${ARGV} REQUIRED)
 endmacro()
 include(${CMAKE_CURRENT_LIST_DIR}/core_dependencies.cmake)
+find_package(nlohmann_json REQUIRED CONFIG)  # headers, which an installed library does not need
 
 # What tetraction::io, the program and the viewer need beyond that.
 set(TETRACTION_HAS_VIEWER FALSE)

@@ -1,31 +1,11 @@
 #include "edit_check.h"
 
 #include <cmath>
-#include <type_traits>
 
-#include "tetraction/core/error.h"
-#include "tetraction/simulation/setting_keys.h"
+#include "simulation/scene/setting_keys.h"
 
 namespace tetraction::viewer {
 namespace {
-
-void check(const Selection& selection) {
-  const auto check_kind = [](const auto& kind) {
-    using Kind = std::decay_t<decltype(kind)>;
-    if constexpr (std::is_same_v<Kind, SelectPlane> || std::is_same_v<Kind, SelectBox> ||
-                  std::is_same_v<Kind, SelectSphere> || std::is_same_v<Kind, SelectFaces>) {
-      check_settings(kind);
-    }
-    if constexpr (std::is_same_v<Kind, SelectSet> || std::is_same_v<Kind, SelectNamed>) {
-      for (const SelectionPart& part : kind.of) check(part.selection);
-    }
-  };
-  std::visit(check_kind, selection);
-  const auto* nearest = std::get_if<SelectNearest>(&selection);
-  if (nearest != nullptr && !nearest->point.allFinite()) {
-    throw InputError("The point of a selection must be finite, in m.");
-  }
-}
 
 struct Check {
   void operator()(SetMaterial&) const {}  // make_material() checks the values
@@ -41,21 +21,21 @@ struct Check {
     edit.environment.direction = unit_direction(edit.environment.direction);
   }
   void operator()(SetForce& edit) const {
-    check(edit.force.select);
-    visit_load(edit.force, [](const auto& load) { check_settings(load); });
+    check_selection(edit.force.select);
+    check_settings(edit.force);
   }
   void operator()(SetFix& edit) const {
-    check(edit.fix.select);
+    check_selection(edit.fix.select);
     check_settings(edit.fix);
   }
-  void operator()(Unfix& edit) const { check(edit.select); }
+  void operator()(Unfix& edit) const { check_selection(edit.select); }
   void operator()(SetConstraint& edit) const {
-    check(edit.constraint.select);
+    check_selection(edit.constraint.select);
     check_settings(edit.constraint);
   }
   void operator()(RemoveConstraint&) const {}
   void operator()(SetMomentum& edit) const {
-    check(edit.momentum.select);
+    check_selection(edit.momentum.select);
     check_settings(edit.momentum);
   }
   void operator()(ShiftState& edit) const { check_settings(edit.shift); }

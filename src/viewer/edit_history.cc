@@ -142,7 +142,7 @@ bool EditHistory::same_part(const Before& a, const Before& b) {
       return static_cast<std::size_t>(material->region);
     }
     if (const auto* force = std::get_if<ForceBefore>(&part)) {
-      return load_kinds().size() * force->index + static_cast<std::size_t>(force->kind);
+      return values_of<LoadKind>().size() * force->index + static_cast<std::size_t>(force->kind);
     }
     if (const auto* fix = std::get_if<FixBefore>(&part)) return fix->index;
     if (const auto* constraint = std::get_if<ConstraintBefore>(&part)) return constraint->index;

@@ -6,11 +6,10 @@
 #include <optional>
 #include <set>
 #include <string>
-#include <type_traits>
 
 #include "edit_check.h"
+#include "simulation/scene/setting_keys.h"
 #include "tetraction/core/error.h"
-#include "tetraction/simulation/setting_keys.h"
 
 namespace tetraction::viewer {
 namespace {
@@ -34,45 +33,17 @@ std::optional<std::set<std::string>> named_keys(const EventSettings& event,
   return names;
 }
 
-// Copies the value of a key. Returns false for a key whose value is not in one member of its own.
-template <class Settings>
-bool copy_value(const KeyValue<Settings>& value, const Settings& from, Settings& to) {
-  const auto copy = [&](const auto& place) {
-    using Place = std::decay_t<decltype(place)>;
-    if constexpr (std::is_member_pointer_v<Place>) {
-      to.*place = from.*place;
-      return true;
-    } else if constexpr (std::is_same_v<Place, NumberOrAuto<Settings>>) {
-      to.*place.number = from.*place.number;
-      to.*place.automatic = from.*place.automatic;
-      return true;
-    } else if constexpr (std::is_same_v<Place, NumberOrArray<Settings>>) {
-      std::visit([&](auto at) { to.*at = from.*at; }, place.member);
-      (to.*place.arrays).erase(place.name);
-      if (const std::string array = place.array(from); !array.empty()) place.set(to, array);
-      return true;
-    } else if constexpr (std::is_same_v<Place, Choice<Settings>>) {
-      const std::string name = place.get(from);
-      if (!name.empty()) place.set(to, name);
-      return !name.empty();
-    } else {
-      return false;
-    }
-  };
-  return std::visit(copy, value);
-}
-
-// `present` with the values of the named keys of `wanted`. No value if a name is not that of a key with a
-// value in one member.
+// `present` with the values of the named keys of `wanted`. No value if a name is not that of a key
+// whose value can be copied by itself.
 template <class Settings>
 std::optional<Settings> merged(const Settings& wanted, const Settings& present,
                                const std::set<std::string>& names) {
   Settings result = present;
-  std::size_t copied = 0;
-  for (const Key<Settings>& key : section_of<Settings>().keys) {
-    if (names.count(key.info.name) > 0 && copy_value(key.value, wanted, result)) ++copied;
+  for (const std::string& name : names) {
+    const SceneKey* key = section_of<Settings>().find(name);
+    if (key == nullptr || !key->value->copy(&wanted, &result)) return std::nullopt;
   }
-  return copied == names.size() ? std::optional(result) : std::nullopt;
+  return result;
 }
 
 struct Merge {

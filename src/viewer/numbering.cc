@@ -18,14 +18,15 @@ std::optional<std::size_t> number_of_entry(const std::vector<std::optional<std::
 
 Counts counts_of(const Session& session) {
   Counts counts{{}, session.fix_count(), session.constraints().size()};
-  for (const LoadKind kind : load_kinds()) counts.of(kind) = session.loads().list(kind).size();
+  for (const LoadKind kind : values_of<LoadKind>())
+    counts.of(kind) = session.loads().list(kind).size();
   return counts;
 }
 
 Numbering::Numbering(const Scene& scene)
     : fixes_(initial_numbers(scene.fix.size())),
       constraints_(initial_numbers(scene.constraint.size())) {
-  for (const LoadKind kind : load_kinds()) {
+  for (const LoadKind kind : values_of<LoadKind>()) {
     numbers_of(kind) = initial_numbers(scene.list(kind).size());
   }
 }

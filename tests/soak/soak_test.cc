@@ -216,7 +216,7 @@ class RandomEdits {
   }
   SetForce load(const LoadLists& loads) {
     ForceSettings load;
-    load.kind = random_.of(load_kinds());
+    load.kind = random_.of(values_of<LoadKind>());
     const std::optional<std::size_t> index = present(loads.list(load.kind).size());
     load.select = selection();
     load.vector = random_.vector(load.kind == LoadKind::kTraction ? 200.0 : 20.0);

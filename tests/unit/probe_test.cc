@@ -52,7 +52,7 @@ TEST(Probe, ValuesOfSelectionsAreMeansAndSums) {
   Scene scene = pushed_block();
   const Selection end = SelectPlane{0, 2.0, {}};
   const Selection half = SelectBox{{0, 0, 0}, {1, 1, 1}};
-  for (const ProbeQuantity quantity : probe_quantities()) {
+  for (const ProbeQuantity quantity : values_of<ProbeQuantity>()) {
     const bool of_tetrahedra = quantity == ProbeQuantity::kCauchyStress ||
                                quantity == ProbeQuantity::kVonMises ||
                                quantity == ProbeQuantity::kJacobian;
@@ -306,7 +306,7 @@ TEST(Probe, StressesAtPointsOfQuadraticElements) {
 TEST(Probe, EvaluationAndTracesDoNotAllocate) {
   if (!can_count_allocations()) GTEST_SKIP() << "the address sanitizer has malloc";
   Scene scene = pushed_block();
-  for (const ProbeQuantity quantity : probe_quantities()) {
+  for (const ProbeQuantity quantity : values_of<ProbeQuantity>()) {
     scene.probe.push_back(probe(to_string(quantity), quantity, SelectAll{}));
     scene.probe.push_back(probe(to_string(quantity) + "2", quantity, SelectAll{}));
     scene.probe.back().every = 7;

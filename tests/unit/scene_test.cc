@@ -54,7 +54,7 @@ TEST(IntegratorNames, UnknownOnesAreRefusedWithTheKnown) {
 TEST(LinearSolverNames, AreInvertible) {
   for (const LinearSolver linear :
        {LinearSolver::kAuto, LinearSolver::kMatrixFree, LinearSolver::kCg, LinearSolver::kFactor}) {
-    EXPECT_EQ(linear_solver_from_string(to_string(linear)), linear);
+    EXPECT_EQ(from_string<LinearSolver>(to_string(linear)), linear);
   }
   EXPECT_EQ(to_string(LinearSolver::kMatrixFree), "matrix-free");
 }
@@ -62,7 +62,7 @@ TEST(LinearSolverNames, AreInvertible) {
 TEST(LinearSolverNames, UnknownOnesAreRefusedWithTheKnown) {
   for (const char* name : {"", "CG", "cholesky"}) {
     try {
-      linear_solver_from_string(name);
+      from_string<LinearSolver>(name);
       ADD_FAILURE() << name;
     } catch (const InputError& error) {
       for (const char* known : {"auto", "matrix-free", "cg", "factor"}) {

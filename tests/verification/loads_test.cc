@@ -8,7 +8,6 @@
 #include "support/corner_scenes.h"
 #include "tetraction/simulation/equilibrium.h"
 #include "tetraction/simulation/session.h"
-#include "tetraction/simulation/setting_keys.h"
 
 namespace tetraction {
 namespace {
@@ -57,13 +56,15 @@ TEST_P(Loads, TheMomentumIsTheIntegralOfTheLoad) {
     force.total = Vector3(3.0, -1.0, 0.5);
     force.amplitude = "hat";
     scene.force = {force};
-    TractionSettings traction;
+    ForceSettings traction;
+    traction.kind = LoadKind::kTraction;
     traction.select = SelectPlane{1, 0.2, {}};
     traction.vector = {0.0, 50.0, 20.0};
     traction.from = 0.01234;
     traction.until = 0.01241;  // shorter than a step
     scene.traction = {traction};
-    BodyForceSettings body;
+    ForceSettings body;
+    body.kind = LoadKind::kBodyForce;
     body.acceleration = Vector3(0.0, 0.0, 2.0);
     body.amplitude = "hat";
     scene.body_force = {body};
@@ -101,7 +102,8 @@ TEST_P(Loads, AnEnvironmentWithAnAmplitudeGivesItsIntegral) {
 // A moment turns the body: its impulse is the angular momentum, as long as the body has hardly moved.
 TEST_P(Loads, AMomentGivesAngularMomentum) {
   Scene scene = block(1e-4, 2e-3);
-  MomentSettings moment;
+  ForceSettings moment;
+  moment.kind = LoadKind::kMoment;
   moment.select = SelectPlane{0, 0.4, {}};
   moment.vector = {0.02, 0.0, 0.0};
   scene.moment = {moment};
@@ -167,7 +169,8 @@ TEST_P(Loads, AFixFollowsItsAmplitudeAndAHandleTurnsByItsIntegral) {
 TEST_P(Loads, PressureAllAroundKeepsMomentaAndTheBalance) {
   const auto error = [&](double step) {
     Scene scene = block(step, 0.03);
-    PressureSettings pressure;
+    ForceSettings pressure;
+    pressure.kind = LoadKind::kPressure;
     pressure.select = SelectSurface{};
     pressure.value = 5e3;  // a tenth of Young's modulus
     scene.pressure = {pressure};
@@ -201,7 +204,8 @@ TEST_P(Loads, PressureOnAFaceWithAFreeRimKeepsTheOrder) {
     FixSettings clamp;
     clamp.select = SelectPlane{0, 0.0, {}};
     scene.fix = {clamp};
-    PressureSettings pressure;
+    ForceSettings pressure;
+    pressure.kind = LoadKind::kPressure;
     pressure.select = SelectPlane{1, 0.2, {}};
     pressure.value = 2e3;
     scene.pressure = {pressure};
@@ -233,7 +237,8 @@ TEST(LoadsWithoutPotential, SettleInLargeStepsAndInTheEquilibrium) {
   scene.fix = {clamp, sides};
   sides.select = SelectPlane{2, 1.0, {}};
   scene.fix.push_back(sides);
-  PressureSettings pressure;
+  ForceSettings pressure;
+  pressure.kind = LoadKind::kPressure;
   pressure.select = SelectFaces{{0.0, 1.0, 0.0}, 10.0};
   pressure.value = 2e4;
   scene.pressure = {pressure};

@@ -1,7 +1,9 @@
 // How the numbers of frames are stored in files.
 #pragma once
 
-#include <string>
+#include <array>
+
+#include "tetraction/core/enum_names.h"
 
 namespace tetraction {
 
@@ -10,9 +12,13 @@ enum class FramePrecision { kFloat32, kFloat64 };
 /// Method that compresses the arrays of a frame.
 enum class FrameCompression { kLz4, kZlib, kNone };
 
-/// "float32", "float64".
-std::string to_string(FramePrecision precision);
-/// "lz4", "zlib", "none".
-std::string to_string(FrameCompression compression);
+template <>
+struct EnumNames<FramePrecision> {
+  static constexpr std::array names{"float32", "float64"};
+};
+template <>
+struct EnumNames<FrameCompression> {
+  static constexpr std::array names{"lz4", "zlib", "none"};
+};
 
 }  // namespace tetraction

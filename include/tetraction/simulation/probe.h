@@ -25,17 +25,10 @@ struct ProbeColumns {
   std::size_t size() const { return columns.size(); }
 };
 
-/// "displacement", "position", …
-const char* name_of(ProbeQuantity quantity);
-inline std::string to_string(ProbeQuantity quantity) {
-  return name_of(quantity);
-}
 /// Its SI unit, "m"; "" for a pure number.
 const char* unit_of(ProbeQuantity quantity);
 /// Whether it is a sum over vertices.
 bool is_sum(ProbeQuantity quantity);
-/// All quantities, in the order of the enumeration.
-const std::vector<ProbeQuantity>& probe_quantities();
 /// What the names of the columns have after the name of the probe: "_x", "_y", "_z" for a vector,
 /// "_xx", "_yy", "_zz", "_xy", "_yz", "_xz" for a stress, and one empty text for a scalar.
 const std::vector<const char*>& column_endings(ProbeQuantity quantity);

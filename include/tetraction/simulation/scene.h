@@ -13,6 +13,7 @@
 #include <variant>
 #include <vector>
 
+#include "tetraction/core/enum_names.h"
 #include "tetraction/core/types.h"
 #include "tetraction/dynamics/nodal_volume/volume_rule.h"
 #include "tetraction/dynamics/steppers/integrator.h"
@@ -32,8 +33,10 @@ class ForceTerm;
 /// Kinds of meshes that the program can make (mesh/generate.h).
 enum class GeneratorKind { kBeam, kBox, kCube, kTetrahedron };
 
-/// "beam", "box", "cube", "tetrahedron".
-std::string to_string(GeneratorKind kind);
+template <>
+struct EnumNames<GeneratorKind> {
+  static constexpr std::array names{"beam", "box", "cube", "tetrahedron"};
+};
 
 struct GeneratorSettings {
   GeneratorKind kind = GeneratorKind::kBeam;
@@ -137,12 +140,11 @@ enum class StepAdaptation {
   kError,  ///< the error of every step is estimated and kept below a tolerance
   kEnergy  ///< every step has the size that keeps the discrete energy
 };
-/// "none", "error", "energy".
-std::string to_string(StepAdaptation adaptation);
-/// Inverse of to_string(); throws InputError listing the valid names.
-StepAdaptation step_adaptation_from_string(const std::string& name);
-/// All names, in the order of the enumeration.
-std::vector<const char*> step_adaptation_names();
+template <>
+struct EnumNames<StepAdaptation> {
+  static constexpr std::array names{"none", "error", "energy"};
+  static constexpr const char* noun = "a way of adapting steps";
+};
 
 struct TimeSettings {
   Integrator integrator = Integrator::kMidpoint;
@@ -158,12 +160,11 @@ struct TimeSettings {
   std::optional<double> max_step{};
 };
 
-/// "auto", "matrix-free", "cg", "factor".
-std::string to_string(LinearSolver linear);
-/// Inverse of to_string(); throws InputError listing the valid names.
-LinearSolver linear_solver_from_string(const std::string& name);
-/// All names, in the order of the enumeration.
-std::vector<const char*> linear_solver_names();
+template <>
+struct EnumNames<LinearSolver> {
+  static constexpr std::array names{"auto", "matrix-free", "cg", "factor"};
+  static constexpr const char* noun = "a linear solver";
+};
 
 struct SolverSettings {
   std::string kind = "newton";                ///< or "ceres"
@@ -181,8 +182,10 @@ std::string solver_conflict(const SolverSettings& settings);
 /// The kinds of amplitudes.
 enum class AmplitudeKind { kPoints, kFile, kSine, kSmoothStep };
 
-/// "points", "file", "sine", "smooth_step".
-std::string to_string(AmplitudeKind kind);
+template <>
+struct EnumNames<AmplitudeKind> {
+  static constexpr std::array names{"points", "file", "sine", "smooth_step"};
+};
 
 /// A factor that changes in time, for loads, the environment and prescribed motions. They refer to
 /// it by its name.
@@ -203,8 +206,10 @@ struct AmplitudeSettings {
 /// Only a program can set kCustom; a scene file cannot name it.
 enum class EnvironmentKind { kNone, kGravity, kAttraction, kCustom };
 
-/// "none", "gravity", "attraction", "custom".
-std::string to_string(EnvironmentKind kind);
+template <>
+struct EnumNames<EnvironmentKind> {
+  static constexpr std::array names{"none", "gravity", "attraction", "custom"};
+};
 
 struct EnvironmentSettings {
   EnvironmentKind kind = EnvironmentKind::kNone;
@@ -236,8 +241,10 @@ struct FixSettings {
 /// The kinds of [[constraint]].
 enum class ConstraintKind { kDistance, kPlane, kLine, kRigid };
 
-/// "distance", "plane", "line", "rigid".
-std::string to_string(ConstraintKind kind);
+template <>
+struct EnumNames<ConstraintKind> {
+  static constexpr std::array names{"distance", "plane", "line", "rigid"};
+};
 /// Whether a constraint of that kind has a selection of vertices. A distance has two vertices by
 /// number.
 inline bool has_selection(ConstraintKind kind) {
@@ -264,10 +271,10 @@ struct ConstraintSettings {
 /// The kinds of loads. Each is a section of a scene: [[force]], [[moment]], [[traction]],
 /// [[pressure]], [[body_force]].
 enum class LoadKind { kForce, kMoment, kTraction, kPressure, kBodyForce };
-/// All kinds, in this order.
-const std::vector<LoadKind>& load_kinds();
-/// "force", "moment", "traction", "pressure", "body_force".
-std::string to_string(LoadKind kind);
+template <>
+struct EnumNames<LoadKind> {
+  static constexpr std::array names{"force", "moment", "traction", "pressure", "body_force"};
+};
 
 /// How a total force or a moment is shared out over its selection.
 enum class LoadShare {
@@ -277,8 +284,10 @@ enum class LoadShare {
   kVolume,   ///< by the mass of the selected tetrahedra
   kVertices  ///< equally among the selected vertices
 };
-/// "auto", "surface", "volume", "vertices".
-std::string to_string(LoadShare share);
+template <>
+struct EnumNames<LoadShare> {
+  static constexpr std::array names{"auto", "surface", "volume", "vertices"};
+};
 
 /// A load on a part of the body. All but pressures are dead loads: their directions do not change
 /// with the deformation.
@@ -443,6 +452,12 @@ enum class ProbeQuantity {
   kCauchyStress,
   kVonMises,
   kJacobian
+};
+template <>
+struct EnumNames<ProbeQuantity> {
+  static constexpr std::array names{"displacement",  "position",  "velocity",
+                                    "momentum",      "force",     "reaction",
+                                    "cauchy_stress", "von_mises", "jacobian"};
 };
 
 /// A quantity that a run stores in every step, see simulation/probe.h.

@@ -289,7 +289,7 @@ SceneFacts scene_facts(const Scene& scene, const MechanicalSystem& system,
                                ": all of its vertices are held, so that it moves nothing.");
     }
   }
-  for (const LoadKind kind : load_kinds()) {
+  for (const LoadKind kind : values_of<LoadKind>()) {
     for (const ForceSettings& load : scene.list(kind)) {
       if (std::string warning = volume_group_warning(load, system); !warning.empty()) {
         facts.warnings.push_back(std::move(warning));

@@ -6,7 +6,7 @@
 #include <optional>
 #include <tuple>
 
-#include "scene_keys.h"
+#include "written_keys.h"
 
 namespace tetraction {
 namespace {
@@ -19,11 +19,7 @@ enum class Stage {
   kRemoveConstraint,
   kFix,
   kConstraint,
-  kForce,  // and the other kinds of loads, in the order of LoadKind
-  kMoment,
-  kTraction,
-  kPressure,
-  kBodyForce,
+  kLoad,  // in the order of LoadKind
   kMomentum,
   kShift
 };
@@ -31,11 +27,12 @@ enum class Stage {
 // One [[event]] that is being written.
 struct Block {
   // Place of the last edit in the reader's order.
+  // Of loads that are added, the number is that of the kind.
   using Place = std::tuple<Stage, std::string, std::optional<std::size_t>>;
   std::optional<Place> last;
   std::vector<std::string> unset;
-  SceneKeys set;
-  SceneKeys others;
+  WrittenKeys set;
+  WrittenKeys others;
 
   // Whether an edit with that place can follow.
   bool takes(const Place& place) const {
@@ -63,7 +60,7 @@ struct Block {
     if (!set.empty()) text += "set = " + inline_table(set) + "\n";
     for (auto first = others.begin(); first != others.end();) {
       const auto end = std::find_if(first, others.end(),
-                                    [&](const SceneKey& key) { return key.name != first->name; });
+                                    [&](const WrittenKey& key) { return key.name != first->name; });
       std::string value = first->value;
       if (end - first > 1) {
         value = "[";
@@ -113,18 +110,19 @@ class EventWriter {
   }
   void operator()(const SetForce& edit) {
     const LoadKind kind = edit.force.kind;
-    const auto stage = static_cast<Stage>(static_cast<int>(Stage::kForce) + static_cast<int>(kind));
-    change_entry(stage, to_string(kind), now_.list(kind), edit.index, edit.force);
+    change_entry({Stage::kLoad, {}, static_cast<std::size_t>(kind)}, to_string(kind),
+                 now_.list(kind), edit.index, edit.force);
   }
   void operator()(const SetFix& edit) {
-    change_entry(Stage::kFix, "fix", now_.fix, edit.index, edit.fix);
+    change_entry({Stage::kFix, {}, {}}, "fix", now_.fix, edit.index, edit.fix);
   }
   void operator()(const SetConstraint& edit) {
-    change_entry(Stage::kConstraint, "constraint", now_.constraint, edit.index, edit.constraint);
+    change_entry({Stage::kConstraint, {}, {}}, "constraint", now_.constraint, edit.index,
+                 edit.constraint);
   }
   void operator()(const Unfix& edit) {
     begin({Stage::kUnfix, {}, {}});
-    SceneKeys keys;
+    WrittenKeys keys;
     if (edit.fix) keys.push_back({"fix", std::to_string(*edit.fix)});
     block_.others.push_back({"unfix", inline_table(keys, &edit.select)});
   }
@@ -155,13 +153,13 @@ class EventWriter {
   // still an edit. The density is left out: it never changes, and an event may not set it.
   template <class Settings>
   void change(const std::string& section, Settings& now, const Settings& next) {
-    const SceneKeys keys = keys_of(next);
-    for (const SceneKey& old : keys_of(now)) {
+    const WrittenKeys keys = keys_of(next);
+    for (const WrittenKey& old : keys_of(now)) {
       const bool stays = std::any_of(keys.begin(), keys.end(),
-                                     [&](const SceneKey& key) { return key.name == old.name; });
+                                     [&](const WrittenKey& key) { return key.name == old.name; });
       if (!stays) block_.unset.push_back(section + "." + old.name);
     }
-    for (const SceneKey& key : keys) {
+    for (const WrittenKey& key : keys) {
       if (key.name == "density") continue;
       block_.set.push_back({toml_text(section + "." + key.name), key.value});
     }
@@ -174,19 +172,17 @@ class EventWriter {
     change(section, now, next);
   }
 
-  static const Selection* selection_of(const ConstraintSettings& settings) {
-    return has_selection(settings.kind) ? &settings.select : nullptr;
-  }
   template <class Settings>
   static const Selection* selection_of(const Settings& settings) {
-    return &settings.select;
+    return tetraction::selection_of(section_of<Settings>(), &settings);
   }
 
+  // `added` is the place of an entry without an index.
   template <class Settings>
-  void change_entry(Stage stage, const std::string& list, std::vector<Settings>& now,
+  void change_entry(const Block::Place& added, const std::string& list, std::vector<Settings>& now,
                     const std::optional<std::size_t>& index, const Settings& next) {
     if (!index) {
-      begin({stage, {}, {}});
+      begin(added);
       block_.others.push_back({list, inline_table(keys_of(next), selection_of(next))});
       now.push_back(next);
       return;
@@ -200,7 +196,7 @@ class EventWriter {
       block_.unset.push_back(section + ".select");
     }
     if (select != nullptr && (old_select == nullptr || *select != *old_select)) {
-      for (const SceneKey& key : selection_keys(section + ".select", *select)) {
+      for (const WrittenKey& key : selection_keys(section + ".select", *select)) {
         block_.set.push_back({toml_text(key.name), key.value});
       }
     }

@@ -8,104 +8,67 @@
 
 #include "core/quoting.h"
 #include "core/spelling.h"
-#include "key_text.h"
+#include "io/toml/toml_text.h"
 #include "tetraction/core/error.h"
 
 namespace tetraction {
 namespace {
 
-// Every kind of value has its own function.
-template <class S>
-struct TypeText {
-  std::string operator()(int S::*) const { return "whole number"; }
-  std::string operator()(double S::*) const { return "number"; }
-  std::string operator()(std::optional<double> S::*) const { return "number"; }
-  std::string operator()(Vector3 S::*) const { return "three numbers"; }
-  std::string operator()(std::optional<Vector3> S::*) const { return "three numbers"; }
-  std::string operator()(std::array<bool, 3> S::*) const { return "text"; }
-  std::string operator()(std::string S::*) const { return "text"; }
-  std::string operator()(std::array<std::int64_t, 2> S::*) const { return "two whole numbers"; }
-  std::string operator()(std::vector<std::int64_t> S::*) const { return "list of whole numbers"; }
-  std::string operator()(std::vector<Vector3> S::*) const { return "list of three numbers each"; }
-  std::string operator()(bool S::*) const { return "`true` or `false`"; }
-  std::string operator()(std::vector<std::string> S::*) const { return "list of texts"; }
-  std::string operator()(const Choice<S>&) const { return "text"; }
-  std::string operator()(const NumberOrAuto<S>&) const { return "number"; }
-  std::string operator()(const NumberOrArray<S>&) const { return "number or array"; }
-  std::string operator()(const VectorOrField<S>&) const { return "three numbers or a table"; }
-  std::string operator()(const ByHand& by_hand) const { return by_hand.type; }
-};
-
-template <class S>
-std::string type_text(const Key<S>& key) {
-  std::string text = std::visit(TypeText<S>{}, key.value);
+std::string type_text(const SceneKey& key) {
+  std::string text = key.value->type();
   if (key.info.unit[0] != '\0') text += fmt::format(", {}", key.info.unit);
-  if (std::holds_alternative<NumberOrAuto<S>>(key.value)) text += ", or `\"auto\"`";
-  return text;
+  const char* word = key.value->word();
+  return word[0] == '\0' ? text : fmt::format("{}, or `\"{}\"`", text, word);
 }
 
 // The default as TOML text, or an empty text.
-template <class S>
-std::string default_text(const Key<S>& key) {
-  const S defaults{};
+std::string default_text(const SceneSection& section, const SceneKey& key) {
   if (key.info.needed[0] != '\0') return {};
-  std::optional<double> number;
-  if (const auto* member = std::get_if<double S::*>(&key.value)) number = defaults.*(*member);
-  if (const auto* either = std::get_if<NumberOrArray<S>>(&key.value)) {
-    number = either->number(defaults);
-  }
-  if (!number) return std::visit(ValueText<S>{defaults}, key.value);
-  std::string value = fmt::format("{}", *number);
-  if (const auto zero = value.find("e-0"); zero != std::string::npos) value.erase(zero + 2, 1);
-  return value;
+  const Json value = key.value->json(section.defaults.get());
+  if (value.is_null()) return key.info.range.infinity ? "inf" : "";
+  if (!value.is_number_float() || key.value->word()[0] != '\0') return toml_value(value);
+  std::string text = fmt::format("{}", value.get<double>());
+  if (const auto zero = text.find("e-0"); zero != std::string::npos) text.erase(zero + 2, 1);
+  return text;
 }
 
-template <class S>
-std::string absent_text(const Key<S>& key) {
+std::string absent_text(const SceneKey& key) {
   if (key.info.needed[0] == '\0') return key.info.absent;
   return key.used == nullptr ? "must be given" : "–";
 }
 
-template <class S>
-std::string meaning_text(const Key<S>& key) {
+std::string meaning_text(const SceneKey& key) {
   std::string text = key.info.help;
-  if (const auto* choice = std::get_if<Choice<S>>(&key.value)) {
-    std::vector<std::string> quoted;
-    for (const char* name : choice->names) quoted.push_back(fmt::format("`\"{}\"`", name));
-    text += "; " + listing({quoted.begin(), quoted.end()});
-  }
+  std::vector<std::string> quoted;
+  for (const char* name : key.value->names()) quoted.push_back(fmt::format("`\"{}\"`", name));
+  if (!quoted.empty()) text += "; " + listing({quoted.begin(), quoted.end()});
   const std::string range = key.info.range.text();
   return range == kFinite.text() ? text : text + "; " + range;
-}
-
-template <class S>
-std::vector<KeyDescription> descriptions(const Section<S>& section) {
-  std::vector<KeyDescription> list;
-  list.reserve(section.keys.size());
-  for (const Key<S>& key : section.keys) {
-    list.push_back(
-        {key.info.name, type_text(key), default_text(key), absent_text(key), meaning_text(key)});
-  }
-  return list;
 }
 
 }  // namespace
 
 std::vector<std::string> key_table_names() {
   std::vector<std::string> names;
-  for_each_section([&](const auto& section) { names.emplace_back(section.name); });
+  for (const SceneSection& section : documented_sections()) names.emplace_back(section.name);
   return names;
 }
 
 std::vector<KeyDescription> key_descriptions(const std::string& name) {
-  std::vector<KeyDescription> list;
-  for_each_section([&](const auto& section) {
-    if (name == section.name) list = descriptions(section);
-  });
-  if (!list.empty()) return list;
   const std::vector<std::string> names = key_table_names();
-  throw InputError(fmt::format("{} is not a section with a table of keys: {}", in_quotes(name),
-                               advice(name, {names.begin(), names.end()})));
+  if (std::find(names.begin(), names.end(), name) == names.end()) {
+    throw InputError(fmt::format("{} is not a section with a table of keys: {}", in_quotes(name),
+                                 advice(name, {names.begin(), names.end()})));
+  }
+  const SceneSection& section = *find_section(name);
+  std::vector<KeyDescription> list;
+  list.reserve(section.keys.size());
+  for (const SceneKey& key : section.keys) {
+    const bool in_words = std::string_view(key.info.absent) != KeyInfo{}.absent;
+    list.push_back({key.info.name, type_text(key), in_words ? "" : default_text(section, key),
+                    absent_text(key), meaning_text(key)});
+  }
+  return list;
 }
 
 std::string key_table(const std::string& name) {

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "key_reader.h"
 #include "scene_sections.h"
 #include "tetraction/core/error.h"
 
@@ -13,18 +12,6 @@ namespace {
 
 // Largest difference of the shear moduli of a body with `ratio`, relative.
 constexpr double kSameModulus = 0.01;
-constexpr NumberRange kRatioRange{.least = 0.0, .most = 100.0};
-
-DampingRatio read_ratio(const TomlTable& damping) {
-  constexpr const char* kExample = "for instance ratio = { at = [50, 400], value = [0.01, 0.02] }.";
-  const TomlTable table = damping.table("ratio", {{"at", "value"}});
-  table.require("at", fmt::format("give the two frequencies in Hz, {}", kExample));
-  table.require("value", fmt::format("give the two damping ratios, {}", kExample));
-  DampingRatio ratio;
-  table.read("at", ratio.frequency, kModeratePositive);
-  table.read("value", ratio.value, kRatioRange);
-  return ratio;
-}
 
 // Whether an array gives a modulus. Then the material cannot be made without the mesh.
 bool gives_array(const MaterialSettings& material) {
@@ -34,10 +21,7 @@ bool gives_array(const MaterialSettings& material) {
 
 }  // namespace
 
-void read_damping(const TomlTable& root, Scene& scene) {
-  if (!root.has("damping")) return;
-  const TomlTable table = root.table("damping", table_keys<Damping>());
-  read_keys(table, scene.damping);
+void read_damping_ratio(const TomlTable& table, Scene& scene) {
   if (!table.has("ratio")) return;
   for (const char* key : {"mass_damping", "viscosity"}) {
     if (!table.has(key)) continue;
@@ -47,7 +31,8 @@ void read_damping(const TomlTable& root, Scene& scene) {
                     "the ratios determine it. Leave one of the two out.",
                     key));
   }
-  const DampingRatio ratio = read_ratio(table);
+  DampingRatio ratio;
+  read_settings(table.table("ratio", table_keys(section_of<DampingRatio>())), ratio);
   const auto refuse_array = [&](const MaterialSettings& material) {
     if (!gives_array(material)) return;
     table.refuse("ratio",

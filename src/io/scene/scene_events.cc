@@ -7,56 +7,13 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <set>
-#include <sstream>
 #include <utility>
 
-#include "key_reader.h"
 #include "scene_sections.h"
 #include "tetraction/core/error.h"
 
 namespace tetraction {
 namespace {
-
-using Json = nlohmann::ordered_json;
-
-Json to_json(const toml::node& node) {
-  if (const auto* table = node.as_table()) {
-    Json json = Json::object();
-    for (const auto& [key, value] : *table) json[std::string(key.str())] = to_json(value);
-    return json;
-  }
-  if (const auto* array = node.as_array()) {
-    Json json = Json::array();
-    for (const toml::node& entry : *array) json.push_back(to_json(entry));
-    return json;
-  }
-  if (const auto* text = node.as_string()) return text->get();
-  if (const auto* flag = node.as_boolean()) return flag->get();
-  if (const auto* integer = node.as_integer()) return integer->get();
-  return node.value<double>().value_or(0.0);
-}
-
-// The value as one line of TOML.
-std::string inline_text(const toml::node& node) {
-  std::string text;
-  if (const auto* table = node.as_table()) {
-    for (const auto& [key, value] : *table) {
-      text +=
-          fmt::format("{}\"{}\" = {}", text.empty() ? "{ " : ", ", key.str(), inline_text(value));
-    }
-    return text.empty() ? "{}" : text + " }";
-  }
-  if (const auto* array = node.as_array()) {
-    for (const toml::node& entry : *array) {
-      text += (text.empty() ? "[" : ", ") + inline_text(entry);
-    }
-    return text.empty() ? "[]" : text + "]";
-  }
-  std::ostringstream stream;
-  stream.precision(17);
-  node.visit([&](const auto& value) { stream << value; });
-  return stream.str();
-}
 
 // The value as TOML text. Tables are not allowed in `set`.
 std::string text_of(const TomlTable& set, std::string_view key, const toml::node& node) {
@@ -64,7 +21,7 @@ std::string text_of(const TomlTable& set, std::string_view key, const toml::node
   if (table != nullptr && !table->contains("array")) {
     set.refuse(key, "is a table; give single values, like \"time.step\" = 1e-3.");
   }
-  return inline_text(node);
+  return toml_value(to_json(node));
 }
 
 // The parts of a scene that a changed key belongs to.
@@ -80,17 +37,9 @@ const NameList kChangeable{"time",        "solver",   "material",   "material_re
                            "environment", "fix",      "constraint", "force",           "moment",
                            "traction",    "pressure", "body_force"};
 
-// The kind of load whose section has this name.
-std::optional<LoadKind> load_kind_of(const std::string& section) {
-  for (const LoadKind kind : load_kinds()) {
-    if (section == to_string(kind)) return kind;
-  }
-  return std::nullopt;
-}
-
 // `refuse` throws an error about the key.
-ChangedSection section_of(std::string_view key,
-                          const std::function<void(const std::string&)>& refuse) {
+ChangedSection changed_section(std::string_view key,
+                               const std::function<void(const std::string&)>& refuse) {
   ChangedSection section;
   if (key.find(' ') != std::string_view::npos) {
     refuse("contains a space: a key is made of names with dots between them, like time.step.");
@@ -118,7 +67,7 @@ ChangedSection section_of(std::string_view key,
         "parts that are to change regions of their own.");
   }
   if (section.name == "material_region" || section.name == "fix" || section.name == "constraint" ||
-      load_kind_of(section.name)) {
+      find_named<LoadKind>(section.name)) {
     const auto end = key.find('.', dot == std::string_view::npos ? key.size() : dot + 1);
     std::size_t index = 0;
     const char* first = key.data() + (dot == std::string_view::npos ? key.size() : dot + 1);
@@ -149,7 +98,7 @@ Edit edit_of(const ChangedSection& section, const Scene& scene, const Scene& nex
   const auto existing = [i](const auto& list) {
     return i < list.size() ? std::optional<std::size_t>(i) : std::nullopt;
   };
-  if (const std::optional<LoadKind> kind = load_kind_of(section.name)) {
+  if (const std::optional<LoadKind> kind = find_named<LoadKind>(section.name)) {
     return SetForce{existing(scene.list(*kind)), next.list(*kind)[i]};
   }
   if (section.name == "fix") return SetFix{existing(scene.fix), next.fix[i]};
@@ -160,7 +109,7 @@ Edit edit_of(const ChangedSection& section, const Scene& scene, const Scene& nex
 std::size_t read_number(const TomlTable& table, std::string_view key, std::size_t count,
                         const char* list) {
   int number = 0;
-  table.read(key, number, 0);
+  table.read(key, number, {.least = 0.0});
   if (static_cast<std::size_t>(number) >= count) {
     const std::string known = count == 0 ? fmt::format("there is no {}", list)
                               : count == 1
@@ -171,8 +120,13 @@ std::size_t read_number(const TomlTable& table, std::string_view key, std::size_
   return static_cast<std::size_t>(number);
 }
 
+template <class Settings>
+std::vector<TomlTable> entries_of(const TomlTable& event, const char* key) {
+  return event.one_or_more_tables(key, table_keys(section_of<Settings>()));
+}
+
 Unfix read_unfix(const TomlTable& event, std::size_t fix_count) {
-  NameList keys = table_keys<Selection>().valid;
+  NameList keys = table_keys(section_of<Selection>()).valid;
   keys.emplace_back("select");
   keys.emplace_back("fix");
   const TomlTable table = event.table("unfix", {keys});
@@ -188,7 +142,7 @@ Unfix read_unfix(const TomlTable& event, std::size_t fix_count) {
         "select",
         "is one key too many: vertices are selected in two ways. Leave one of the two out.");
   }
-  unfix.select = read_selection(table);
+  unfix.select = read_selection(table, "select");
   return unfix;
 }
 
@@ -225,9 +179,9 @@ void read_events(const TomlDocument& document, const TomlTable& root,
     TomlTable table;
   };
   std::vector<Timed> timed;
-  for (const TomlTable& table : root.tables("event", table_keys<EventSettings>())) {
+  for (const TomlTable& table : root.tables("event", table_keys(section_of<EventSettings>()))) {
     EventSettings event;
-    read_keys(table, event);
+    read_settings(table, event);
     timed.push_back({std::move(event), table});
   }
   std::stable_sort(timed.begin(), timed.end(),
@@ -253,7 +207,7 @@ void read_events(const TomlDocument& document, const TomlTable& root,
       table.read("unset", keys);
       changed_at = fmt::format("{}: event at {} s", table.place("unset"), at);
       for (const std::string& key : keys) {
-        sections.insert(section_of(key, [&](const std::string& message) {
+        sections.insert(changed_section(key, [&](const std::string& message) {
           table.refuse("unset", fmt::format("names {}, which {}", key, message));
         }));
         changes.push_back({key, {}, changed_at, true});
@@ -274,7 +228,7 @@ void read_events(const TomlDocument& document, const TomlTable& root,
         }
         const std::string_view name = key.str();
         const ChangedSection section =
-            section_of(name, [&](const std::string& message) { set.refuse(name, message); });
+            changed_section(name, [&](const std::string& message) { set.refuse(name, message); });
         if (section.name == "material_region" && *section.index >= now.material_region.size()) {
           set.refuse(key.str(),
                      fmt::format("names a [[material_region]] that does not exist: the scene has "
@@ -303,35 +257,38 @@ void read_events(const TomlDocument& document, const TomlTable& root,
     }
     // An added entry gets the next number of its list. Later events can change it by this number.
     const auto added = [&](const char* list, std::size_t number, const TomlTable& entry) {
-      changes.push_back({fmt::format("{}.{}", list, number), inline_text(entry.node()),
+      changes.push_back({fmt::format("{}.{}", list, number), toml_value(to_json(entry.node())),
                          fmt::format("{}: event at {} s", entry.place(), at)});
     };
-    for (const TomlTable& entry : table.one_or_more_tables("fix", table_keys<FixSettings>())) {
+    for (const TomlTable& entry : entries_of<FixSettings>(table, "fix")) {
       added("fix", now.fix.size(), entry);
-      now.fix.push_back(read_fix(entry));
+      read_settings(entry, now.fix.emplace_back());
       event.edits.emplace_back(SetFix{std::nullopt, now.fix.back()});
     }
-    for (const TomlTable& entry :
-         table.one_or_more_tables("constraint", table_keys<ConstraintSettings>())) {
+    for (const TomlTable& entry : entries_of<ConstraintSettings>(table, "constraint")) {
       added("constraint", now.constraint.size(), entry);
-      now.constraint.push_back(read_constraint(entry));
+      read_settings(entry, now.constraint.emplace_back());
       event.edits.emplace_back(SetConstraint{std::nullopt, now.constraint.back()});
     }
-    for (const LoadKind kind : load_kinds()) {
-      const std::string name = to_string(kind);
+    for (const LoadKind kind : values_of<LoadKind>()) {
+      const SceneSection& section = section_of(kind);
       std::vector<ForceSettings>& loads = now.list(kind);
-      for (const TomlTable& entry : table.one_or_more_tables(name, load_keys(kind))) {
-        added(name.c_str(), loads.size(), entry);
-        loads.push_back(read_load(entry, kind));
+      for (const TomlTable& entry : table.one_or_more_tables(section.name, table_keys(section))) {
+        added(section.name, loads.size(), entry);
+        loads.emplace_back().kind = kind;
+        read_settings(entry, section, &loads.back());
         event.edits.emplace_back(SetForce{std::nullopt, loads.back()});
       }
     }
-    for (const TomlTable& entry :
-         table.one_or_more_tables("momentum", table_keys<MomentumSettings>())) {
-      event.edits.emplace_back(SetMomentum{read_momentum(entry)});
+    for (const TomlTable& entry : entries_of<MomentumSettings>(table, "momentum")) {
+      SetMomentum edit;
+      read_settings(entry, edit.momentum);
+      event.edits.emplace_back(edit);
     }
-    for (const TomlTable& entry : table.one_or_more_tables("shift", table_keys<ShiftSettings>())) {
-      event.edits.emplace_back(ShiftState{read_shift(entry)});
+    for (const TomlTable& entry : entries_of<ShiftSettings>(table, "shift")) {
+      ShiftState edit;
+      read_settings(entry, edit.shift);
+      event.edits.emplace_back(edit);
     }
     if (event.edits.empty()) {
       table.refuse_table(

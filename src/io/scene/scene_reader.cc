@@ -2,9 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
 #include <filesystem>
 
-#include "key_reader.h"
+#include "core/quoting.h"
+#include "io/text/csv_table.h"
 #include "scene_sections.h"
 #include "tetraction/core/error.h"
 #include "tetraction/io/scene_echo.h"
@@ -12,17 +15,17 @@
 namespace tetraction {
 namespace {
 
-MaterialSettings read_material(const TomlTable& table) {
-  MaterialSettings material;
-  read_keys(table, material);
-  material.where = table.where();
+namespace fs = std::filesystem;
+
+// The parameters of a material must belong to its model.
+void check_read_material(const TomlTable& table, const MaterialSettings& material) {
   try {
     check_material(material);
   } catch (const InputError& error) {
     // The parameters contradict each other. If one of them came from the command line, the file
     // alone may be right.
     std::string place = table.place();
-    for (const std::string_view key : table_keys<MaterialSettings>().valid) {
+    for (const std::string_view key : table_keys(section_of<MaterialSettings>()).valid) {
       if (key == "density") continue;
       if (table.is_override(key)) place = table.place(key);
     }
@@ -32,32 +35,109 @@ MaterialSettings read_material(const TomlTable& table) {
     if (named) message.erase(0, own.size());
     throw InputError(fmt::format("{}: {}{}{}", place, table.name(), named ? "." : ": ", message));
   }
-  return material;
 }
 
-// A section that may be absent: everything then has its default.
-template <class Settings>
-Settings read_section(const TomlTable& root) {
-  Settings settings;
-  const char* name = section_of<Settings>().name;
-  if (root.has(name)) read_keys(root.table(name, table_keys<Settings>()), settings);
-  return settings;
+// The contents of the file of an amplitude.
+std::vector<std::pair<double, double>> read_amplitude_file(const std::string& file) {
+  std::vector<std::pair<double, double>> points;
+  for (const CsvTable::Row& row : read_csv(file).rows) {
+    if (row.values.size() != 2) {
+      throw FileError(fmt::format(
+          "{}:{}: an amplitude has two columns, time in s and factor; this line has {}.", file,
+          row.line, row.values.size()));
+    }
+    if (!points.empty() && !(row.values[0] > points.back().first)) {
+      throw FileError(fmt::format("{}:{}: the times must increase, but {} s comes after {} s.",
+                                  file, row.line, row.values[0], points.back().first));
+    }
+    if (!points.empty() && !std::isfinite(row.values[1] - points.back().second)) {
+      throw FileError(fmt::format(
+          "{}:{}: neighbouring values may differ by up to 1.8e308, but {} comes after {}.", file,
+          row.line, row.values[1], points.back().second));
+    }
+    points.emplace_back(row.values[0], row.values[1]);
+  }
+  return points;
 }
 
-MaterialRegionSettings read_material_region(const TomlTable& table) {
-  MaterialRegionSettings region;
-  region.where = table.where();
-  region.select = read_selection(table);
-  region.material = read_material(table);
-  return region;
+// An amplitude has exactly one of the kinds.
+void check_amplitude_kind(const TomlTable& table) {
+  const std::vector<const char*> names = names_of<AmplitudeKind>();
+  const NameList kinds(names.begin(), names.end());
+  std::string_view kind;
+  for (const std::string_view candidate : kinds) {
+    if (!table.has(candidate)) continue;
+    if (!kind.empty()) {
+      table.refuse(candidate,
+                   fmt::format("is one key too many: {} is given as well. Give one of {}.", kind,
+                               listing(kinds)));
+    }
+    kind = candidate;
+  }
+  if (kind.empty()) table.refuse_table(fmt::format("needs one of {}.", listing(kinds)));
 }
 
-const TableKeys& root_keys() {
-  static const TableKeys keys{{"mesh",       "material",   "material_region", "time",
-                               "solver",     "damping",    "environment",     "fix",
-                               "constraint", "force",      "moment",          "traction",
-                               "pressure",   "body_force", "amplitude",       "initial",
-                               "event",      "output",     "selection",       "probe"}};
+void complete_amplitude(const TomlTable& table, const std::string& folder, Scene& scene) {
+  AmplitudeSettings& amplitude = scene.amplitude.back();
+  if (amplitude.kind == AmplitudeKind::kFile) {
+    const fs::path path(amplitude.file);
+    if (path.is_relative()) amplitude.file = (fs::path(folder) / path).string();
+    amplitude.points = read_amplitude_file(amplitude.file);
+  }
+  make_amplitude(amplitude);  // throws if the values contradict each other
+  const auto same =
+      std::count_if(scene.amplitude.begin(), scene.amplitude.end(),
+                    [&](const AmplitudeSettings& other) { return other.name == amplitude.name; });
+  if (same > 1) {
+    table.refuse("name", fmt::format("= {} is the name of another amplitude already.",
+                                     in_quotes(amplitude.name)));
+  }
+}
+
+void complete_initial(const TomlTable& table, const std::string& folder, InitialSettings& initial) {
+  for (const char* key : {"stretch", "displacement", "displacement_array"}) {
+    if (table.has(key)) initial.places.emplace(key, table.place(key));
+  }
+  for (FieldSettings* field : {&initial.displacement_field, &initial.velocity_field}) {
+    if (field->file.empty()) continue;
+    field->file = (fs::path(folder) / field->file).lexically_normal().string();
+  }
+}
+
+// Reads the table of a section into a scene, and what belongs to it beyond its keys. `folder` is
+// where the scene lies: the paths of files are relative to it.
+void read_part(const TomlTable& table, const ScenePart& part, const std::string& folder,
+               Scene& scene) {
+  const std::string_view name = part.section->name;
+  if (name == "amplitude") check_amplitude_kind(table);
+  read_settings(table, *part.section, part.add(scene));
+  if (name == "mesh" && !scene.mesh.file.empty()) {
+    scene.mesh.file = (fs::path(folder) / scene.mesh.file).lexically_normal().string();
+  } else if (name == "material") {
+    check_read_material(table, scene.material);
+  } else if (name == "material_region") {
+    MaterialSettings& material = scene.material_region.back().material;
+    read_settings(table, material);
+    check_read_material(table, material);
+  } else if (name == "damping") {
+    read_damping_ratio(table, scene);
+  } else if (name == "environment") {
+    scene.environment.direction = unit_direction(scene.environment.direction);
+  } else if (name == "amplitude") {
+    complete_amplitude(table, folder, scene);
+  } else if (name == "initial") {
+    complete_initial(table, folder, scene.initial);
+  }
+}
+
+TableKeys root_keys() {
+  TableKeys keys;
+  for (const ScenePart& part : scene_parts()) {
+    const std::string_view name = part.section->name;
+    if (name == "output") keys.valid.emplace_back("event");
+    if (name == "probe") keys.valid.emplace_back("selection");
+    keys.valid.push_back(name);
+  }
   return keys;
 }
 
@@ -68,13 +148,13 @@ void check_amplitudes(const TomlTable& root, const Scene& scene) {
   };
   if (root.has("environment")) {
     check(scene.environment.amplitude,
-          root.table("environment", table_keys<EnvironmentSettings>()).where());
+          root.table("environment", table_keys(section_of<EnvironmentSettings>())).where());
   }
   for (const FixSettings& fix : scene.fix) check(fix.amplitude, fix.where);
   for (const ConstraintSettings& constraint : scene.constraint) {
     check(constraint.amplitude, constraint.where);
   }
-  for (const LoadKind kind : load_kinds()) {
+  for (const LoadKind kind : values_of<LoadKind>()) {
     for (const ForceSettings& load : scene.list(kind)) check(load.amplitude, load.where);
   }
 }
@@ -85,47 +165,23 @@ Scene read_sections(const TomlDocument& document, const std::string& path) {
   Scene scene;
   scene.path = path;
   scene.selection = read_named_selections(root);
-  const std::string folder = std::filesystem::path(path).parent_path().string();
-  scene.mesh = read_mesh_settings(root, folder);
+  const std::string folder = fs::path(path).parent_path().string();
+  root.require("mesh",
+               "under [mesh], give file = \"…\" or generate = { kind = \"box\", size = [1, 1, 1], "
+               "cells = [4, 4, 4] }.");
   root.require("material",
                "under [material], give model, youngs_modulus, poissons_ratio and density.");
-  scene.material = read_material(root.table("material", table_keys<MaterialSettings>()));
-  NameList region_keys = table_keys<MaterialSettings>().valid;
-  for (const std::string_view key : table_keys<MaterialRegionSettings>().valid) {
-    region_keys.push_back(key);
-  }
-  for (const TomlTable& table : root.tables("material_region", {region_keys})) {
-    scene.material_region.push_back(read_material_region(table));
-  }
-  scene.time = read_section<TimeSettings>(root);
-  scene.solver = read_section<SolverSettings>(root);
-  read_damping(root, scene);
-  scene.environment = read_section<EnvironmentSettings>(root);
-  scene.environment.direction = unit_direction(scene.environment.direction);
-  for (const TomlTable& table : root.tables("fix", table_keys<FixSettings>())) {
-    scene.fix.push_back(read_fix(table));
-  }
-  for (const TomlTable& table : root.tables("constraint", table_keys<ConstraintSettings>())) {
-    scene.constraint.push_back(read_constraint(table));
-  }
-  for (const LoadKind kind : load_kinds()) {
-    for (const TomlTable& table : root.tables(to_string(kind), load_keys(kind))) {
-      scene.list(kind).push_back(read_load(table, kind));
-    }
-  }
-  scene.amplitude = read_amplitudes(root, folder);
-  scene.initial = read_initial(root, folder);
-  scene.output = read_section<OutputSettings>(root);
-  for (const TomlTable& table : root.tables("probe", table_keys<ProbeSettings>())) {
-    scene.probe.push_back(read_probe(table));
+  for (const ScenePart& part : scene_parts()) {
+    const char* name = part.section->name;
+    if (!root.has(name)) continue;
+    const TableKeys keys = keys_of_part(*part.section);
+    const std::vector<TomlTable> tables =
+        part.is_list ? root.tables(name, keys) : std::vector{root.table(name, keys)};
+    for (const TomlTable& table : tables) read_part(table, part, folder, scene);
   }
   check_amplitudes(root, scene);
   return scene;
 }
-
-}  // namespace
-
-namespace {
 
 Scene read_document(const TomlDocument& document, const std::string& path) {
   Scene scene = read_sections(document, path);
@@ -138,6 +194,15 @@ Scene read_document(const TomlDocument& document, const std::string& path) {
 }
 
 }  // namespace
+
+TableKeys keys_of_part(const SceneSection& section) {
+  TableKeys keys = table_keys(section);
+  if (section.type == typeid(MaterialRegionSettings)) {
+    const NameList material = table_keys(section_of<MaterialSettings>()).valid;
+    keys.valid.insert(keys.valid.begin(), material.begin(), material.end());
+  }
+  return keys;
+}
 
 Scene read_scene(const std::string& path, const std::vector<std::string>& overrides) {
   return read_document(TomlDocument(path, overrides), path);

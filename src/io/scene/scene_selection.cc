@@ -9,17 +9,12 @@
 
 #include "core/quoting.h"
 #include "key_reader.h"
-#include "scene_sections.h"
 
 namespace tetraction {
 namespace {
 
-// A kind of selection that is a table of its own.
-template <class Kind>
-Selection read_kind(const TomlTable& parent, std::string_view key) {
-  Kind kind;
-  read_keys(parent.table(key, table_keys<Kind>()), kind);
-  return kind;
+TableKeys selection_keys() {
+  return table_keys(section_of<Selection>());
 }
 
 // The table of all named selections, or nothing.
@@ -42,7 +37,7 @@ class SelectionReader {
   // The selection that a name stands for; `all` is the table of names.
   Selection read_definition(const TomlTable& all, const std::string& name) {
     open_.push_back(name);
-    Selection selection = read(all, name, all.table(name, table_keys<Selection>()));
+    Selection selection = read(all, name, all.table(name, selection_keys()));
     open_.pop_back();
     return selection;
   }
@@ -54,36 +49,15 @@ class SelectionReader {
       parent.refuse(key, fmt::format("is made of more than {} selections.", kMost));
     }
     const std::string_view kind = kind_of(parent, key, table);
-    if (kind == "vertices") {
-      SelectVertices vertices;
-      table.read("vertices", vertices.ids);
-      return vertices;
-    }
-    if (kind == "plane") return read_kind<SelectPlane>(table, kind);
-    if (kind == "box") return read_kind<SelectBox>(table, kind);
-    if (kind == "sphere") return read_kind<SelectSphere>(table, kind);
-    if (kind == "faces") return read_kind<SelectFaces>(table, kind);
-    if (kind == "nearest") {
-      SelectNearest nearest;
-      table.read("nearest", nearest.point);
-      return nearest;
-    }
-    if (kind == "group") {
-      SelectGroup group;
-      table.read("group", group.name);
-      return group;
-    }
     if (kind == to_string(SetOperation::kNot)) {
       return SelectSet{SetOperation::kNot, {{read(table, kind)}}};
     }
     for (const SetOperation operation : {SetOperation::kAllOf, SetOperation::kAnyOf}) {
       if (kind == to_string(operation)) return SelectSet{operation, read_parts(table, kind)};
     }
-    bool chosen = false;
-    table.read(kind, chosen);
-    if (!chosen) table.refuse(kind, "can only be true; choose another selection instead.");
-    if (kind == "surface") return SelectSurface{};
-    return SelectAll{};
+    Selection selection;
+    read_value(table, *section_of<Selection>().find(kind), &selection);
+    return selection;
   }
 
  private:
@@ -97,12 +71,12 @@ class SelectionReader {
                                      tetraction::kind_of(node)));
     }
     return read(parent, key,
-                TomlTable(parent.document(), *node.as_table(), name, table_keys<Selection>()));
+                TomlTable(parent.document(), *node.as_table(), name, selection_keys()));
   }
 
   static std::string_view kind_of(const TomlTable& parent, std::string_view key,
                                   const TomlTable& table) {
-    const NameList& kinds = table_keys<Selection>().valid;
+    const NameList kinds = selection_keys().valid;
     std::string_view kind;
     for (const std::string_view candidate : kinds) {
       if (!table.has(candidate)) continue;
@@ -165,9 +139,8 @@ class SelectionReader {
 
 }  // namespace
 
-Selection read_selection(const TomlTable& parent) {
-  parent.require("select", "say which vertices, for instance select = { all = true }.");
-  return SelectionReader().read(parent, "select");
+Selection read_selection(const TomlTable& parent, std::string_view key) {
+  return SelectionReader().read(parent, key);
 }
 
 Selection read_selection(const TomlTable& parent, std::string_view key, const TomlTable& table) {

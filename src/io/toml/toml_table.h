@@ -1,18 +1,14 @@
 // Typed access to a table of a TOML document, with messages that say where, what and what to do.
 #pragma once
 
-#include <array>
-#include <cstdint>
-#include <optional>
 #include <string>
 #include <string_view>
-#include <utility>
 #include <vector>
 
 #include "core/spelling.h"
-#include "tetraction/core/number_range.h"
-#include "tetraction/core/types.h"
+#include "simulation/scene/setting_values.h"
 #include "toml_document.h"
+#include "toml_text.h"
 
 namespace tetraction {
 
@@ -35,40 +31,15 @@ class TomlTable {
 
   bool has(std::string_view key) const { return table_->contains(key); }
 
-  void read(std::string_view key, double& target, const NumberRange& range = kFinite) const;
-  void read(std::string_view key, std::optional<double>& target,
-            const NumberRange& range = kFinite) const;
-  /// Whole numbers of at least `least`.
-  void read(std::string_view key, int& target, int least) const;
-  void read(std::string_view key, int& target, const NumberRange& range) const;
-  /// Lists of three.
-  void read(std::string_view key, Vector3& target, const NumberRange& range = kFinite) const;
-  void read(std::string_view key, std::optional<Vector3>& target) const;
-  void read(std::string_view key, std::array<int, 3>& target, int least) const;
-  /// Lists of two.
-  void read(std::string_view key, std::array<double, 2>& target,
-            const NumberRange& range = kFinite) const;
-  /// Two different whole numbers of at least 0.
-  void read_pair(std::string_view key, std::array<std::int64_t, 2>& target) const;
-  /// Which of x, y and z a text names, each once.
-  void read_letters(std::string_view key, std::array<bool, 3>& target) const;
-  /// A number in the range, or "auto", which leaves the number as it is.
-  void read_or_auto(std::string_view key, double& target, bool& automatic,
-                    const NumberRange& range) const;
-  /// A list of one or more whole numbers of at least 0.
-  void read(std::string_view key, std::vector<std::int64_t>& target) const;
-  /// A list of one or more lists of three numbers.
-  void read(std::string_view key, std::vector<Vector3>& target) const;
-  /// A list of one or more lists of two numbers.
-  void read(std::string_view key, std::vector<std::pair<double, double>>& target) const;
-  /// A list of one or more texts.
-  void read(std::string_view key, std::vector<std::string>& target) const;
-  /// A text that is not empty.
-  void read(std::string_view key, std::string& target) const;
-  /// One of the valid names; `later` names are refused as belonging to later versions.
-  void read(std::string_view key, std::string& target, const NameList& valid,
-            const NameList& later = {}) const;
-  void read(std::string_view key, bool& target) const;
+  /// Values of one of the kinds of simulation/scene/setting_values.h.
+  template <class T>
+  void read(std::string_view key, T& target, const NumberRange& range = kFinite) const {
+    if (has(key)) ValueKind<T>::read(json(key), range, refusal(key), target);
+  }
+  /// The value under a key that is present.
+  Json json(std::string_view key) const { return to_json(*find(key)); }
+  /// What refuses that value.
+  Refusal refusal(std::string_view key) const;
 
   /// The table under a key that is present.
   TomlTable table(std::string_view key, const TableKeys& keys) const;
@@ -81,8 +52,6 @@ class TomlTable {
   /// The table as toml++ has it.
   const toml::table& node() const { return *table_; }
   const TomlDocument& document() const { return *document_; }
-  /// Whether the value under a key that is present is a string.
-  bool is_string(std::string_view key) const { return table_->get(key)->is_string(); }
   bool is_override(std::string_view key) const {
     return has(key) && document_->is_override(*table_->get(key));
   }
@@ -103,12 +72,6 @@ class TomlTable {
  private:
   const toml::node* find(std::string_view key) const;
   std::string path_of(std::string_view key) const;
-  double number_of(std::string_view key, const toml::node& node, const NumberRange& range,
-                   bool in_list) const;
-  std::int64_t integer_of(std::string_view key, const toml::node& node, std::int64_t least,
-                          std::int64_t most, bool in_list) const;
-  const toml::array& list_of(std::string_view key, const toml::node& node, std::size_t size,
-                             std::string_view example) const;
 
   const TomlDocument* document_;
   const toml::table* table_;

@@ -131,7 +131,7 @@ std::vector<LoadFacts> load_facts(const Scene& scene, const MechanicalSystem& sy
                                   const Vector& positions) {
   std::vector<LoadFacts> all;
   std::size_t dead = 0;  // the system has the dead loads in the order of their kinds
-  for (const LoadKind kind : load_kinds()) {
+  for (const LoadKind kind : values_of<LoadKind>()) {
     const std::vector<ForceSettings>& list = scene.list(kind);
     for (std::size_t i = 0; i < list.size(); ++i) {
       const ForceSettings& load = list[i];

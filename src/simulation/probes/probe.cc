@@ -10,11 +10,11 @@
 
 #include "core/quoting.h"
 #include "point_location.h"
+#include "simulation/scene/setting_keys.h"
 #include "tetraction/core/error.h"
 #include "tetraction/dynamics/derived_fields.h"
 #include "tetraction/dynamics/nodal_fields.h"
 #include "tetraction/simulation/session.h"
-#include "tetraction/simulation/setting_keys.h"
 
 namespace tetraction {
 namespace {
@@ -26,26 +26,21 @@ enum class ValueDomain { kMeanOfVertices, kSumOfVertices, kTetrahedra };
 
 struct QuantityEntry {
   ProbeQuantity quantity;
-  const char* name;
   const char* unit;
   ValueShape shape;
   ValueDomain domain;
 };
 
 constexpr std::array<QuantityEntry, 9> kQuantities{
-    {{ProbeQuantity::kDisplacement, "displacement", "m", ValueShape::kVector,
-      ValueDomain::kMeanOfVertices},
-     {ProbeQuantity::kPosition, "position", "m", ValueShape::kVector, ValueDomain::kMeanOfVertices},
-     {ProbeQuantity::kVelocity, "velocity", "m/s", ValueShape::kVector,
-      ValueDomain::kMeanOfVertices},
-     {ProbeQuantity::kMomentum, "momentum", "kg m/s", ValueShape::kVector,
-      ValueDomain::kSumOfVertices},
-     {ProbeQuantity::kForce, "force", "N", ValueShape::kVector, ValueDomain::kSumOfVertices},
-     {ProbeQuantity::kReaction, "reaction", "N", ValueShape::kVector, ValueDomain::kSumOfVertices},
-     {ProbeQuantity::kCauchyStress, "cauchy_stress", "Pa", ValueShape::kSymmetricTensor,
-      ValueDomain::kTetrahedra},
-     {ProbeQuantity::kVonMises, "von_mises", "Pa", ValueShape::kScalar, ValueDomain::kTetrahedra},
-     {ProbeQuantity::kJacobian, "jacobian", "", ValueShape::kScalar, ValueDomain::kTetrahedra}}};
+    {{ProbeQuantity::kDisplacement, "m", ValueShape::kVector, ValueDomain::kMeanOfVertices},
+     {ProbeQuantity::kPosition, "m", ValueShape::kVector, ValueDomain::kMeanOfVertices},
+     {ProbeQuantity::kVelocity, "m/s", ValueShape::kVector, ValueDomain::kMeanOfVertices},
+     {ProbeQuantity::kMomentum, "kg m/s", ValueShape::kVector, ValueDomain::kSumOfVertices},
+     {ProbeQuantity::kForce, "N", ValueShape::kVector, ValueDomain::kSumOfVertices},
+     {ProbeQuantity::kReaction, "N", ValueShape::kVector, ValueDomain::kSumOfVertices},
+     {ProbeQuantity::kCauchyStress, "Pa", ValueShape::kSymmetricTensor, ValueDomain::kTetrahedra},
+     {ProbeQuantity::kVonMises, "Pa", ValueShape::kScalar, ValueDomain::kTetrahedra},
+     {ProbeQuantity::kJacobian, "", ValueShape::kScalar, ValueDomain::kTetrahedra}}};
 
 const QuantityEntry& entry_of(ProbeQuantity quantity) {
   return *std::find_if(kQuantities.begin(), kQuantities.end(),
@@ -64,26 +59,12 @@ Vector3 sum(const std::vector<Index>& vertices, const Vector& field, const Add& 
 
 }  // namespace
 
-const char* name_of(ProbeQuantity quantity) {
-  return entry_of(quantity).name;
-}
-
 const char* unit_of(ProbeQuantity quantity) {
   return entry_of(quantity).unit;
 }
 
 bool is_sum(ProbeQuantity quantity) {
   return entry_of(quantity).domain == ValueDomain::kSumOfVertices;
-}
-
-const std::vector<ProbeQuantity>& probe_quantities() {
-  static const std::vector<ProbeQuantity> quantities = [] {
-    std::vector<ProbeQuantity> all;
-    all.reserve(std::size(kQuantities));
-    for (const QuantityEntry& entry : kQuantities) all.push_back(entry.quantity);
-    return all;
-  }();
-  return quantities;
 }
 
 const std::vector<const char*>& column_endings(ProbeQuantity quantity) {

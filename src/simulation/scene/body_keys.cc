@@ -1,17 +1,11 @@
-// Keys of what vertices do: [[fix]], [[constraint]], momenta, shifts, selections; and [[event]].
+// Keys of what vertices do: [[fix]], [[constraint]], momenta, shifts; and [[event]].
 #include <fmt/format.h>
 
-#include "tetraction/simulation/setting_keys.h"
+#include "sections.h"
+#include "setting_values.h"
 
 namespace tetraction {
 namespace {
-
-template <class S>
-Key<S> select_key(const char* help = "the vertices", bool (*used)(const S&) = nullptr) {
-  return {{.name = "select", .help = help, .absent = "must be given"},
-          ByHand{"[selection](#selections)"},
-          used};
-}
 
 bool is_penalty(const FixSettings& fix) {
   return fix.is_penalty;
@@ -84,20 +78,13 @@ std::string size_conflict(const ShiftSettings& shift, const std::vector<Vector3>
                      shift.vertices.size());
 }
 
-std::string box_conflict(const SelectBox& box) {
-  return (box.min.array() > box.max.array()).any()
-             ? "must not be below min in any component; exchange them."
-             : "";
-}
-
 }  // namespace
 
-template <>
-const Section<FixSettings>& section_of() {
+SceneSection fix_section() {
   using S = FixSettings;
-  static const Section<S> section{
+  return make_section<S>(
       "fix",
-      {select_key<S>(),
+      {select_key<S>("the vertices"),
        {{.name = "components",
          .help =
              "the directions that are held, each letter at most once: `\"z\"` keeps vertices in "
@@ -147,28 +134,17 @@ const Section<FixSettings>& section_of() {
         &S::amplitude}},
       {{{"amplitude"}, amplitude_conflict},
        {{"target", "offset"}, target_conflict},
-       {{"targets"}, targets_conflict}}};
-  return section;
+       {{"targets"}, targets_conflict}});
 }
 
-template <>
-const Section<ConstraintSettings>& section_of() {
+SceneSection constraint_section() {
   using S = ConstraintSettings;
-  static const Section<S> section{
+  return make_section<S>(
       "constraint",
       {{{.name = "kind",
          .help = "what the constraint keeps, see below",
          .needed = "\"distance\", \"plane\", \"line\" or \"rigid\"."},
-        Choice<S>{{"distance", "plane", "line", "rigid"},
-                  {},
-                  [](const S& s) { return to_string(s.kind); },
-                  [](S& s, const std::string& name) {
-                    for (const ConstraintKind kind :
-                         {ConstraintKind::kDistance, ConstraintKind::kPlane, ConstraintKind::kLine,
-                          ConstraintKind::kRigid}) {
-                      if (name == to_string(kind)) s.kind = kind;
-                    }
-                  }}},
+        &S::kind},
        select_key<S>("the vertices, of all kinds but `distance`", takes_selection),
        {{.name = "vertices",
          .help = "of `distance`: the two vertices",
@@ -227,29 +203,25 @@ const Section<ConstraintSettings>& section_of() {
        {{"direction"}, zero_direction<ConstraintKind::kLine>},
        {{"amplitude"}, driven_conflict},
        {{"about"}, about_conflict}},
-      true};
-  return section;
+      true);
 }
 
-template <>
-const Section<MomentumSettings>& section_of() {
+SceneSection momentum_section() {
   using S = MomentumSettings;
-  static const Section<S> section{
+  return make_section<S>(
       "initial.momentum",
-      {select_key<S>(),
+      {select_key<S>("the vertices"),
        {{.name = "value",
          .unit = "kg m/s",
          .per = "of each vertex",
          .help = "the momentum of each selected vertex",
          .needed = "the momentum of each selected vertex, [px, py, pz] in kg m/s."},
-        &S::value}}};
-  return section;
+        &S::value}});
 }
 
-template <>
-const Section<EventSettings>& section_of() {
+SceneSection event_section() {
   using S = EventSettings;
-  static const Section<S> section{
+  return make_section<S>(
       "event",
       {{{.name = "at",
          .unit = "s",
@@ -262,49 +234,47 @@ const Section<EventSettings>& section_of() {
                  "`[time]`, `[solver]`, `[damping]`, `[environment]`, `[[fix]]`, "
                  "`[[constraint]]` and the loads, written as with `--set`: `\"time.step\" = 1e-3`, "
                  "`\"force.0.vector\" = [0, 1, 0]`, `\"constraint.0.velocity\" = [0, 0, 0]`"},
-        ByHand{"table"}},
+        DocumentedValue<S>{"table"}},
        {{.name = "unset",
          .help = "`[\"KEY\", …]`, keys that are taken out again before `set` is read: "
                  "`\"material.ratio\"`, `\"fix.0.target\"`"},
-        ByHand{"list of texts"}},
+        DocumentedValue<S>{"list of texts"}},
        {{.name = "unfix",
          .help = "`{ select = … }` releases vertices from every `[[fix]]`, or with `fix = n` only "
                  "from the one with that number"},
-        ByHand{"table"}},
+        DocumentedValue<S>{"table"}},
        {{.name = "remove_constraint",
          .help = "takes the `[[constraint]]` with that number away; the others keep theirs"},
-        ByHand{"whole number"}},
+        DocumentedValue<S>{"whole number"}},
        {{.name = "fix",
          .help = "fixes vertices, with the keys of `[[fix]]`; by default where they are then"},
-        ByHand{"table or list of tables"}},
+        DocumentedValue<S>{"table or list of tables"}},
        {{.name = "constraint", .help = "adds a constraint, with the keys of `[[constraint]]`"},
-        ByHand{"table or list of tables"}},
+        DocumentedValue<S>{"table or list of tables"}},
        {{.name = "force", .help = "adds a force, with the keys of `[[force]]`"},
-        ByHand{"table or list of tables"}},
+        DocumentedValue<S>{"table or list of tables"}},
        {{.name = "moment", .help = "adds a moment, with the keys of `[[moment]]`"},
-        ByHand{"table or list of tables"}},
+        DocumentedValue<S>{"table or list of tables"}},
        {{.name = "traction", .help = "adds a traction, with the keys of `[[traction]]`"},
-        ByHand{"table or list of tables"}},
+        DocumentedValue<S>{"table or list of tables"}},
        {{.name = "pressure", .help = "adds a pressure, with the keys of `[[pressure]]`"},
-        ByHand{"table or list of tables"}},
+        DocumentedValue<S>{"table or list of tables"}},
        {{.name = "body_force", .help = "adds a body force, with the keys of `[[body_force]]`"},
-        ByHand{"table or list of tables"}},
+        DocumentedValue<S>{"table or list of tables"}},
        {{.name = "momentum",
          .help = "`{ select = …, value = [px, py, pz] }` sets the momentum of every selected "
                  "vertex, in kg m/s"},
-        ByHand{"table or list of tables"}},
+        DocumentedValue<S>{"table or list of tables"}},
        {{.name = "shift",
          .help = "`{ vertices = [a, …], displacement = [[dx, dy, dz], …], impulse = [[jx, jy, "
                  "jz], …] }` moves single vertices (m) and kicks them (N s), one entry for each; "
                  "one of the two lists may be absent"},
-        ByHand{"table or list of tables"}}}};
-  return section;
+        DocumentedValue<S>{"table or list of tables"}}});
 }
 
-template <>
-const Section<ShiftSettings>& section_of() {
+SceneSection shift_section() {
   using S = ShiftSettings;
-  static const Section<S> section{
+  return make_section<S>(
       "shift",
       {{{.name = "vertices",
          .help = "the vertices, as the mesh file numbers them",
@@ -319,126 +289,7 @@ const Section<ShiftSettings>& section_of() {
           return "does nothing: give displacement or impulse, one entry for each vertex.";
         }},
        {{"displacement"}, [](const S& s) { return size_conflict(s, s.displacement); }},
-       {{"impulse"}, [](const S& s) { return size_conflict(s, s.impulse); }}}};
-  return section;
-}
-
-template <>
-const Section<Selection>& section_of() {
-  static const Section<Selection> section{
-      "select",
-      {{{.name = "vertices",
-         .help = "the vertices with these numbers, as the mesh file counts them; generated meshes "
-                 "count from 0"},
-        ByHand{"list of whole numbers"}},
-       {{.name = "plane", .help = "those on a plane `{ axis = \"x\", at = 0.0 }`"},
-        ByHand{"table"}},
-       {{.name = "box",
-         .help = "those inside a box `{ min = [x, y, z], max = [x, y, z] }` or on its border"},
-        ByHand{"table"}},
-       {{.name = "sphere",
-         .help = "those inside a sphere `{ center = [x, y, z], radius = r }` or on its border"},
-        ByHand{"table"}},
-       {{.name = "nearest", .unit = "m", .help = "the one that is nearest to the point"},
-        ByHand{"three numbers"}},
-       {{.name = "group",
-         .help = "those of a named group of the mesh file, such as a Gmsh physical group"},
-        ByHand{"text"}},
-       {{.name = "surface", .help = "those of the boundary"}, ByHand{"`true`"}},
-       {{.name = "all", .help = "every one"}, ByHand{"`true`"}},
-       {{.name = "faces",
-         .help = "those of the boundary's triangles that face in a direction, "
-                 "`{ normal = [0, 1, 0], angle = 30 }`"},
-        ByHand{"table"}},
-       {{.name = "all_of", .help = "those that all of these selections select"},
-        ByHand{"list of selections"}},
-       {{.name = "any_of", .help = "those that one or more of these selections select"},
-        ByHand{"list of selections"}},
-       {{.name = "not", .help = "those that this selection does not select"},
-        ByHand{"selection"}}}};
-  return section;
-}
-
-template <>
-const Section<SelectPlane>& section_of() {
-  using S = SelectPlane;
-  static const Section<S> section{
-      "select.plane",
-      {{{.name = "axis",
-         .help = "the axis that the plane is normal to",
-         .needed = "\"x\", \"y\" or \"z\", the axis that the plane is normal to."},
-        Choice<S>{{"x", "y", "z"},
-                  {},
-                  [](const S& s) { return std::string(1, static_cast<char>('x' + s.axis)); },
-                  [](S& s, const std::string& name) { s.axis = name[0] - 'x'; }}},
-       {{.name = "at",
-         .unit = "m",
-         .help = "the coordinate of the plane along the axis",
-         .needed = "the coordinate of the plane along the axis, in m."},
-        &S::at},
-       {{.name = "tolerance",
-         .unit = "m",
-         .help = "how far from the plane a vertex may be",
-         .range = kNotNegative,
-         .absent = "1e-6 of the diagonal of the body's bounding box"},
-        &S::tolerance}}};
-  return section;
-}
-
-template <>
-const Section<SelectBox>& section_of() {
-  using S = SelectBox;
-  static const Section<S> section{"select.box",
-                                  {{{.name = "min",
-                                     .unit = "m",
-                                     .help = "the lower corner",
-                                     .needed = "the lower corner, [x, y, z] in m."},
-                                    &S::min},
-                                   {{.name = "max",
-                                     .unit = "m",
-                                     .help = "the upper corner; no component below that of `min`",
-                                     .needed = "the upper corner, [x, y, z] in m."},
-                                    &S::max}},
-                                  {{{"max"}, box_conflict}}};
-  return section;
-}
-
-template <>
-const Section<SelectSphere>& section_of() {
-  using S = SelectSphere;
-  static const Section<S> section{"select.sphere",
-                                  {{{.name = "center",
-                                     .unit = "m",
-                                     .help = "the centre",
-                                     .needed = "the centre, [x, y, z] in m."},
-                                    &S::center},
-                                   {{.name = "radius",
-                                     .unit = "m",
-                                     .help = "the radius",
-                                     .range = kPositive,
-                                     .needed = "the radius in m."},
-                                    &S::radius}}};
-  return section;
-}
-
-template <>
-const Section<SelectFaces>& section_of() {
-  using S = SelectFaces;
-  static const Section<S> section{
-      "select.faces",
-      {{{.name = "normal",
-         .help = "a direction; any length but zero",
-         .needed = "the direction that the triangles face, [nx, ny, nz]."},
-        &S::normal},
-       {{.name = "angle",
-         .unit = "degrees",
-         .help = "how far the outward normal of a triangle of the undeformed body may be from it",
-         .range = {.least = 0.0, .most = 180.0}},
-        &S::angle}},
-      {{{"normal"}, [](const S& s) -> std::string {
-          return s.normal.isZero(0.0) ? "must not be zero." : "";
-        }}}};
-  return section;
+       {{"impulse"}, [](const S& s) { return size_conflict(s, s.impulse); }}});
 }
 
 }  // namespace tetraction

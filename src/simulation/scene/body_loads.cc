@@ -217,7 +217,7 @@ LoadedRegion loaded_region(const ForceSettings& load, const MechanicalSystem& sy
 BodyLoads make_loads(const LoadLists& lists, const MechanicalSystem& system,
                      const AmplitudeList& amplitudes) {
   BodyLoads loads;
-  for (const LoadKind kind : load_kinds()) {
+  for (const LoadKind kind : values_of<LoadKind>()) {
     for (const ForceSettings& load : lists.list(kind)) {
       if (kind == LoadKind::kPressure) {
         loads.pressures.push_back(make_pressure(load, system, amplitudes));
@@ -257,7 +257,7 @@ std::function<void()> set_load(const ForceSettings& load, std::optional<std::siz
   } else {
     // The dead loads of a system are in the order of their kinds.
     std::size_t place = number;
-    for (const LoadKind kind : load_kinds()) {
+    for (const LoadKind kind : values_of<LoadKind>()) {
       if (kind == load.kind) break;
       if (kind != LoadKind::kPressure) place += lists.list(kind).size();
     }

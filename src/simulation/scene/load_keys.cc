@@ -2,15 +2,15 @@
 // [[pressure]], [[body_force]].
 #include <fmt/format.h>
 
-#include "tetraction/simulation/setting_keys.h"
+#include "sections.h"
+#include "setting_values.h"
 
 namespace tetraction {
 namespace {
 
 constexpr NumberRange kAnyTime{.infinity = true};
 
-template <class S>
-std::string times_conflict(const S& load) {
+std::string times_conflict(const ForceSettings& load) {
   if (load.until > load.from) return {};
   return fmt::format(
       "does not fit: the force acts from {} s until {} s; until must be later than from.",
@@ -33,57 +33,80 @@ std::string share_conflict(const ForceSettings& force) {
              : "";
 }
 
-std::string acceleration_conflict(const BodyForceSettings& force) {
+std::string acceleration_conflict(const ForceSettings& force) {
   return force.acceleration && !force.vector.isZero(0.0)
              ? "is one key too many: vector and acceleration are both given. Leave one of the two "
                "out."
              : "";
 }
 
-template <class S>
-Key<S> load_select(const char* help) {
-  return {{.name = "select", .help = help, .absent = "must be given"},
-          ByHand{"[selection](#selections)"}};
+using Load = ForceSettings;
+
+std::string needed_force(const Load&, const HasKey& has) {
+  return has("total")
+             ? ""
+             : "the force on each selected vertex, [fx, fy, fz] in N; or give total, their sum.";
 }
 
-template <class S>
-std::vector<Key<S>> with_times(std::vector<Key<S>> keys) {
+std::string needed_body_force(const Load&, const HasKey& has) {
+  return has("acceleration")
+             ? ""
+             : "the force for each volume, [fx, fy, fz] in N/m³; or give acceleration.";
+}
+
+bool has_vector(const Load& load) {
+  return !load.total && !load.acceleration;
+}
+
+// A load whose settings are by default of that kind.
+SceneSection load_section(LoadKind kind, const std::vector<Key<Load>>& keys,
+                          const std::vector<KeyRule<Load>>& rules) {
+  Load defaults;
+  defaults.kind = kind;
+  return make_section<Load>(name_of(kind), keys, rules, false, defaults);
+}
+
+std::vector<Key<Load>> with_times(std::vector<Key<Load>> keys) {
   keys.push_back({{.name = "amplitude",
                    .help = "name of an `[[amplitude]]`, the factor of the load",
                    .absent = "the factor 1"},
-                  &S::amplitude});
-  keys.push_back({{.name = "from", .unit = "s", .help = "when it begins"}, &S::from});
+                  &Load::amplitude});
+  keys.push_back({{.name = "from", .unit = "s", .help = "when it begins"}, &Load::from});
   keys.push_back({{.name = "until",
                    .unit = "s",
                    .help = "when it ends, later than `from`; `inf` for ever",
                    .range = kAnyTime},
-                  &S::until});
+                  &Load::until});
   return keys;
 }
 
-template <class S>
-Key<S> share_key(const char* help) {
+Key<Load> share_key(const char* help) {
   return {{.name = "share",
            .help = help,
            .in_file = Written::kUnlessDefault,
            .in_echo = Written::kUnlessDefault},
-          Choice<S>{{"auto", "surface", "volume", "vertices"},
-                    {},
-                    [](const S& s) { return to_string(s.share); },
-                    [](S& s, const std::string& name) {
-                      for (const LoadShare share : {LoadShare::kAuto, LoadShare::kSurface,
-                                                    LoadShare::kVolume, LoadShare::kVertices}) {
-                        if (name == to_string(share)) s.share = share;
-                      }
-                    }}};
+          &Load::share};
+}
+
+// The table of a kind of amplitude, whose keys are members of the amplitude itself.
+template <AmplitudeKind kind>
+TableValue<AmplitudeSettings> of_kind() {
+  using S = AmplitudeSettings;
+  return {[]() -> const SceneSection& {
+            return *find_section(std::string("amplitude.") + name_of(kind));
+          },
+          [](const S& s) -> const void* { return s.kind == kind ? &s : nullptr; },
+          [](S& s) -> void* {
+            s.kind = kind;
+            return &s;
+          }};
 }
 
 }  // namespace
 
-template <>
-const Section<AmplitudeSettings>& section_of() {
+SceneSection amplitude_section() {
   using S = AmplitudeSettings;
-  static const Section<S> section{
+  return make_section<S>(
       "amplitude",
       {{{.name = "name",
          .help = "by which loads and motions refer to it; each name once",
@@ -92,112 +115,130 @@ const Section<AmplitudeSettings>& section_of() {
        {{.name = "points",
          .help = "`[[t, a], …]`, times in s that increase, and factors: linear between them, "
                  "constant before the first and after the last"},
-        ByHand{"list of two numbers each"}},
+        OwnValue<S>{"list of two numbers each",
+                    [](const S& s) {
+                      return s.kind == AmplitudeKind::kPoints
+                                 ? ValueKind<decltype(s.points)>::json(s.points)
+                                 : Json();
+                    },
+                    [](const Json& node, const NumberRange& range, const Refusal& refuse, S& s) {
+                      s.kind = AmplitudeKind::kPoints;
+                      ValueKind<decltype(s.points)>::read(node, range, refuse, s.points);
+                    }}},
        {{.name = "file",
          .help =
              "a text file with two columns, time in s and factor, instead of `points`; a relative "
              "path starts at the scene's folder; decimal points, and commas, semicolons, spaces or "
              "tabs between them; a first line with names, and lines that "
              "begin with #, are left out"},
-        ByHand{"text"}},
+        OwnValue<S>{
+            "text",
+            [](const S& s) { return s.kind == AmplitudeKind::kFile ? Json(s.file) : Json(); },
+            [](const Json& node, const NumberRange& range, const Refusal& refuse, S& s) {
+              s.kind = AmplitudeKind::kFile;
+              ValueKind<std::string>::read(node, range, refuse, s.file);
+            }}},
        {{.name = "sine",
          .help =
              "`{ frequency = f, phase = φ, offset = b }`, in Hz and rad: b + sin(2πft + φ); phase "
              "and offset are 0 unless given"},
-        ByHand{"table"}},
+        of_kind<AmplitudeKind::kSine>()},
        {{.name = "smooth_step",
          .help = "`{ from = t₀, until = t₁ }`, in s: 0 before, 1 after, and between them "
                  "s³(10 − 15s + 6s²) with s = (t − t₀)/(t₁ − t₀)"},
-        ByHand{"table"}}}};
-  return section;
+        of_kind<AmplitudeKind::kSmoothStep>()}});
 }
 
-template <>
-const Section<ForceSettings>& section_of() {
-  using S = ForceSettings;
-  static const Section<S> section{
-      "force",
-      with_times<S>(
-          {load_select<S>("the vertices; with `total` a surface or a volume"),
+SceneSection sine_section() {
+  using S = AmplitudeSettings;
+  return make_section<S>("amplitude.sine", {{{.name = "frequency",
+                                              .unit = "Hz",
+                                              .range = kNotNegative,
+                                              .needed = "the frequency in Hz."},
+                                             &S::frequency},
+                                            {{.name = "phase", .unit = "rad"}, &S::phase},
+                                            {{.name = "offset"}, &S::offset}});
+}
+
+SceneSection smooth_step_section() {
+  using S = AmplitudeSettings;
+  return make_section<S>(
+      "amplitude.smooth_step",
+      {{{.name = "from", .unit = "s", .needed = "when the factor begins to grow, in s."}, &S::from},
+       {{.name = "until", .unit = "s", .needed = "when the factor has become 1, in s."},
+        &S::until}});
+}
+
+SceneSection force_section() {
+  return load_section(
+      LoadKind::kForce,
+      with_times(
+          {select_key<Load>("the vertices; with `total` a surface or a volume"),
            {{.name = "vector",
              .unit = "N",
              .per = "on each vertex",
              .help = "the force on each selected vertex; either this or `total` must be given"},
-            &S::vector},
+            &Load::vector,
+            {.needed = needed_force, .written = has_vector}},
            {{.name = "total",
              .unit = "N",
              .help = "the sum of the forces, which are shared out over the selection"},
-            &S::total},
-           share_key<S>("how `total` is shared out: by area, by mass, equally, or by what the "
-                        "selection contains, see below")}),
-      {{{"from", "until"}, times_conflict<S>},
+            &Load::total},
+           share_key("how `total` is shared out: by area, by mass, equally, or by what the "
+                     "selection contains, see below")}),
+      {{{"from", "until"}, times_conflict},
        {{"vector", "total"}, total_conflict},
-       {{"share"}, share_conflict}}};
-  return section;
+       {{"share"}, share_conflict}});
 }
 
-template <>
-const Section<MomentSettings>& section_of() {
-  using S = MomentSettings;
-  static const Section<S> section{
-      "moment",
-      with_times<S>({load_select<S>("a surface, a volume or vertices"),
-                     {{.name = "vector",
-                       .unit = "N m",
-                       .help = "the moment; its direction is that of the axis",
-                       .needed = "the moment, [mx, my, mz] in N m."},
-                      &S::vector},
-                     share_key<S>("how its forces are shared out, as with `total` of a force")}),
-      {{{"from", "until"}, times_conflict<S>}}};
-  return section;
+SceneSection moment_section() {
+  return load_section(
+      LoadKind::kMoment,
+      with_times({select_key<Load>("a surface, a volume or vertices"),
+                  {{.name = "vector",
+                    .unit = "N m",
+                    .help = "the moment; its direction is that of the axis",
+                    .needed = "the moment, [mx, my, mz] in N m."},
+                   &Load::vector},
+                  share_key("how its forces are shared out, as with `total` of a force")}),
+      {{{"from", "until"}, times_conflict}});
 }
 
-template <>
-const Section<TractionSettings>& section_of() {
-  using S = TractionSettings;
-  static const Section<S> section{
-      "traction",
-      with_times<S>({load_select<S>("triangles of the boundary"),
-                     {{.name = "vector",
-                       .unit = "Pa",
-                       .help = "the force for each area at rest",
-                       .needed = "the force for each area, [tx, ty, tz] in Pa."},
-                      &S::vector}}),
-      {{{"from", "until"}, times_conflict<S>}}};
-  return section;
+SceneSection traction_section() {
+  return load_section(LoadKind::kTraction,
+                      with_times({select_key<Load>("triangles of the boundary"),
+                                  {{.name = "vector",
+                                    .unit = "Pa",
+                                    .help = "the force for each area at rest",
+                                    .needed = "the force for each area, [tx, ty, tz] in Pa."},
+                                   &Load::vector}}),
+                      {{{"from", "until"}, times_conflict}});
 }
 
-template <>
-const Section<PressureSettings>& section_of() {
-  using S = PressureSettings;
-  static const Section<S> section{
-      "pressure",
-      with_times<S>({load_select<S>("triangles of the boundary"),
-                     {{.name = "value",
-                       .unit = "Pa",
-                       .help = "the pressure, which pushes inwards if it is positive",
-                       .needed = "the pressure in Pa."},
-                      &S::value}}),
-      {{{"from", "until"}, times_conflict<S>}}};
-  return section;
+SceneSection pressure_section() {
+  return load_section(LoadKind::kPressure,
+                      with_times({select_key<Load>("triangles of the boundary"),
+                                  {{.name = "value",
+                                    .unit = "Pa",
+                                    .help = "the pressure, which pushes inwards if it is positive",
+                                    .needed = "the pressure in Pa."},
+                                   &Load::value}}),
+                      {{{"from", "until"}, times_conflict}});
 }
 
-template <>
-const Section<BodyForceSettings>& section_of() {
-  using S = BodyForceSettings;
-  static const Section<S> section{
-      "body_force",
-      with_times<S>({load_select<S>("tetrahedra"),
-                     {{.name = "vector",
-                       .unit = "N/m³",
-                       .help = "the force for each volume at rest; either this or `acceleration` "
-                               "must be given"},
-                      &S::vector},
-                     {{.name = "acceleration", .unit = "m/s²", .help = "the force for each mass"},
-                      &S::acceleration}}),
-      {{{"from", "until"}, times_conflict<S>},
-       {{"vector", "acceleration"}, acceleration_conflict}}};
-  return section;
+SceneSection body_force_section() {
+  return load_section(
+      LoadKind::kBodyForce,
+      with_times({select_key<Load>("tetrahedra"),
+                  {{.name = "vector",
+                    .unit = "N/m³",
+                    .help = "the force for each volume at rest; either this or `acceleration` "
+                            "must be given"},
+                   &Load::vector,
+                   {.needed = needed_body_force, .written = has_vector}},
+                  {{.name = "acceleration", .unit = "m/s²", .help = "the force for each mass"},
+                   &Load::acceleration}}),
+      {{{"from", "until"}, times_conflict}, {{"vector", "acceleration"}, acceleration_conflict}});
 }
 
 }  // namespace tetraction

@@ -6,7 +6,8 @@
 #include <string_view>
 #include <vector>
 
-#include "tetraction/simulation/setting_keys.h"
+#include "sections.h"
+#include "setting_values.h"
 
 namespace tetraction {
 namespace {
@@ -86,24 +87,27 @@ std::vector<Key<MaterialSettings>> material_table() {
 
 }  // namespace
 
-template <>
-const Section<MaterialSettings>& section_of() {
-  static const Section<MaterialSettings> section{"material", material_table()};
+SceneSection material_section() {
+  using S = MaterialSettings;
+  SceneSection section = make_section<S>("material", material_table());
+  section.unwritable = [](const void* settings) -> std::string {
+    const auto& custom = static_cast<const S*>(settings)->custom;
+    if (!custom) return {};
+    return fmt::format(
+        "The material {} is a program's own: a scene file cannot name it. Take one of the models.",
+        material_name(*custom));
+  };
   return section;
 }
 
-template <>
-const Section<MaterialRegionSettings>& section_of() {
-  static const Section<MaterialRegionSettings> section{
+SceneSection material_region_section() {
+  using S = MaterialRegionSettings;
+  return make_section<S>(
       "material_region",
-      {{{.name = "select",
-         .help = "the tetrahedra: of a group that consists of tetrahedra its own; of a `box` or "
-                 "`sphere` "
-                 "those with their centroid in it; of anything else those with all four vertices "
-                 "selected. All keys of `[material]` can stand beside it",
-         .absent = "must be given"},
-        ByHand{"[selection](#selections)"}}}};
-  return section;
+      {select_key<S>(
+          "the tetrahedra: of a group that consists of tetrahedra its own; of a `box` or `sphere` "
+          "those with their centroid in it; of anything else those with all four vertices "
+          "selected. All keys of `[material]` can stand beside it")});
 }
 
 }  // namespace tetraction

@@ -45,20 +45,4 @@ bool has_field(const std::vector<std::string>& names, const OutputField& field, 
   return has(field.name) || (is_default && (names.empty() || has(kDefaultFields)));
 }
 
-std::string to_string(FramePrecision precision) {
-  return precision == FramePrecision::kFloat32 ? "float32" : "float64";
-}
-
-std::string to_string(FrameCompression compression) {
-  switch (compression) {
-    case FrameCompression::kLz4:
-      return "lz4";
-    case FrameCompression::kZlib:
-      return "zlib";
-    case FrameCompression::kNone:
-      break;
-  }
-  return "none";
-}
-
 }  // namespace tetraction

@@ -5,9 +5,10 @@
 
 #include "core/quoting.h"
 #include "core/spelling.h"
+#include "sections.h"
+#include "setting_values.h"
 #include "tetraction/simulation/output_fields.h"
 #include "tetraction/simulation/probe.h"
-#include "tetraction/simulation/setting_keys.h"
 
 namespace tetraction {
 namespace {
@@ -43,10 +44,10 @@ std::string sum_at_point_conflict(const ProbeSettings& probe) {
       to_string(probe.quantity));
 }
 
-std::vector<const char*> quantity_names() {
-  std::vector<const char*> names;
-  for (const ProbeQuantity quantity : probe_quantities()) names.push_back(name_of(quantity));
-  return names;
+std::string needed_select(const ProbeSettings&, const HasKey& has) {
+  return has("point") ? ""
+                      : "say where the probe is: select = { nearest = [x, y, z] }, any other "
+                        "selection, or point = [x, y, z].";
 }
 
 bool has_no_point(const ProbeSettings& probe) {
@@ -55,10 +56,9 @@ bool has_no_point(const ProbeSettings& probe) {
 
 }  // namespace
 
-template <>
-const Section<OutputSettings>& section_of() {
+SceneSection output_section() {
   using S = OutputSettings;
-  static const Section<S> section{
+  return make_section<S>(
       "output",
       {{{.name = "directory",
          .help = "where results go, a folder below the working directory. `--out`, which may name "
@@ -90,35 +90,18 @@ const Section<OutputSettings>& section_of() {
          .help = "of the numbers of frames; those of `final.vtu` are always `float64`",
          .in_file = Written::kUnlessDefault,
          .in_echo = Written::kUnlessDefault},
-        Choice<S>{{"float32", "float64"},
-                  {},
-                  [](const S& s) { return to_string(s.precision); },
-                  [](S& s, const std::string& name) {
-                    s.precision =
-                        name == "float32" ? FramePrecision::kFloat32 : FramePrecision::kFloat64;
-                  }}},
+        &S::precision},
        {{.name = "compression",
          .help = "of frames and `final.vtu`",
          .in_file = Written::kUnlessDefault,
          .in_echo = Written::kUnlessDefault},
-        Choice<S>{{"lz4", "zlib", "none"},
-                  {},
-                  [](const S& s) { return to_string(s.compression); },
-                  [](S& s, const std::string& name) {
-                    for (const FrameCompression compression :
-                         {FrameCompression::kLz4, FrameCompression::kZlib,
-                          FrameCompression::kNone}) {
-                      if (name == to_string(compression)) s.compression = compression;
-                    }
-                  }}}},
-      {{{"fields"}, fields_conflict}}};
-  return section;
+        &S::compression}},
+      {{{"fields"}, fields_conflict}});
 }
 
-template <>
-const Section<ProbeSettings>& section_of() {
+SceneSection probe_section() {
   using S = ProbeSettings;
-  static const Section<S> section{
+  return make_section<S>(
       "probe",
       {{{.name = "name",
          .help = "of its columns: letters, digits and underscores; each name once",
@@ -128,8 +111,8 @@ const Section<ProbeSettings>& section_of() {
          .help = "the vertices; of stresses and `jacobian` the tetrahedra, as in "
                  "[`[[material_region]]`](#material_region)",
          .absent = "either this or `point`"},
-        ByHand{"[selection](#selections)"},
-        has_no_point},
+        SelectionValue<S>(),
+        {.used = has_no_point, .needed = needed_select, .written = has_no_point}},
        {{.name = "point",
          .unit = "m",
          .help = "a point of the undeformed body, instead of `select`; not for `momentum`, `force` "
@@ -138,22 +121,14 @@ const Section<ProbeSettings>& section_of() {
        {{.name = "quantity",
          .help = "what is stored, see below",
          .needed = "what to store, for instance \"displacement\"."},
-        Choice<S>{quantity_names(),
-                  {},
-                  [](const S& s) { return to_string(s.quantity); },
-                  [](S& s, const std::string& name) {
-                    for (const ProbeQuantity quantity : probe_quantities()) {
-                      if (name == to_string(quantity)) s.quantity = quantity;
-                    }
-                  }}},
+        &S::quantity},
        {{.name = "every",
          .help = "values for each so many steps, and always for the first and the last",
          .range = kCount,
          .in_file = Written::kUnlessDefault,
          .in_echo = Written::kUnlessDefault},
         &S::every}},
-      {{{"name"}, name_conflict}, {{"quantity"}, sum_at_point_conflict}}};
-  return section;
+      {{{"name"}, name_conflict}, {{"quantity"}, sum_at_point_conflict}});
 }
 
 }  // namespace tetraction

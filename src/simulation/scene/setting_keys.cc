@@ -1,9 +1,12 @@
-// [mesh], [time], [solver], [environment], [damping], [initial], [output]
-#include "tetraction/simulation/setting_keys.h"
+// [time], [solver], [environment], [damping], [initial], [output]
 
 #include <fmt/format.h>
 
+#include <cmath>
+
 #include "core/quoting.h"
+#include "sections.h"
+#include "setting_values.h"
 
 namespace tetraction {
 namespace {
@@ -108,113 +111,14 @@ const char* strength_unit(const EnvironmentSettings& environment) {
   return "";
 }
 
-constexpr const char* kLinear = "linear";
-constexpr const char* kQuadratic = "quadratic";
-
-std::vector<const char*> length_unit_names() {
-  std::vector<const char*> names;
-  for (const LengthUnit& unit : length_units()) names.push_back(unit.name);
-  return names;
-}
-
 }  // namespace
 
-template <>
-const Section<MeshSettings>& section_of() {
-  using S = MeshSettings;
-  static const Section<S> section{
-      "mesh",
-      {{{.name = "file",
-         .help =
-             "a tetrahedral mesh; a relative path starts at the scene's folder. `.vtu`, `.vtk`, "
-             "`.msh` (Gmsh 1, 2 and 4.1), `.node` or `.ele` (TetGen), `.veg` (Vega)"},
-        ByHand{"text"}},
-       {{.name = "generate", .help = "a mesh made on the spot, see below"}, ByHand{"table"}},
-       {{.name = "scale",
-         .help = "multiplies the file's coordinates (0.001 for a mesh in millimetres); for files "
-                 "only",
-         .range = kModeratePositive,
-         .in_file = Written::kUnlessDefault},
-        &S::scale},
-       {{.name = "element",
-         .help =
-             "four-node or ten-node tetrahedra. A linear mesh gets vertices in the middles of its "
-             "edges ([see below](#quadratic-tetrahedra))",
-         .in_file = Written::kUnlessDefault,
-         .in_echo = Written::kUnlessDefault},
-        Choice<S>{{kLinear, kQuadratic},
-                  {},
-                  [](const S& s) { return std::string(s.quadratic ? kQuadratic : kLinear); },
-                  [](S& s, const std::string& name) { s.quadratic = name == kQuadratic; }}},
-       {{.name = "unit",
-         .help = "of the file's coordinates, which are then multiplied by `scale`; for files only",
-         .in_file = Written::kUnlessDefault,
-         .in_echo = Written::kUnlessDefault},
-        Choice<S>{length_unit_names(),
-                  {},
-                  [](const S& s) { return s.unit; },
-                  [](S& s, const std::string& name) { s.unit = name; }}},
-       {{.name = "volume",
-         .help = "where the volumetric part of the energy is taken: in each tetrahedron, or with "
-                 "averages at the vertices, which do not lock where ν is near ½ "
-                 "([see below](#nearly-incompressible-materials))",
-         .in_file = Written::kUnlessDefault,
-         .in_echo = Written::kUnlessDefault},
-        Choice<S>{{to_string(VolumeRule::kElement), to_string(VolumeRule::kNodal)},
-                  {},
-                  [](const S& s) { return std::string(to_string(s.volume)); },
-                  [](S& s, const std::string& name) {
-                    s.volume = name == to_string(VolumeRule::kNodal) ? VolumeRule::kNodal
-                                                                     : VolumeRule::kElement;
-                  }}}}};
-  return section;
-}
-
-template <>
-const Section<GeneratorSettings>& section_of() {
-  using S = GeneratorSettings;
-  static const Section<S> section{
-      "mesh.generate",
-      {{{.name = "kind",
-         .help = "the shape",
-         .needed = "\"beam\", \"box\", \"cube\" or \"tetrahedron\"."},
-        Choice<S>{{"beam", "box", "cube", "tetrahedron"},
-                  {},
-                  [](const S& s) { return to_string(s.kind); },
-                  [](S& s, const std::string& name) {
-                    for (const GeneratorKind kind :
-                         {GeneratorKind::kBeam, GeneratorKind::kBox, GeneratorKind::kCube,
-                          GeneratorKind::kTetrahedron}) {
-                      if (name == to_string(kind)) s.kind = kind;
-                    }
-                  }}},
-       {{.name = "size",
-         .help = "of `beam` and `box` the lengths along x, y and z, which must be given; of `cube` "
-                 "and `tetrahedron` the length of an edge; above 0",
-         .absent = "`1` for an edge"},
-        ByHand{"three numbers or one, m"}},
-       {{.name = "cells",
-         .help = "of `beam` and `box` the numbers of cells along x, y and z, of `cube` the number "
-                 "along each edge; 1 or more",
-         .absent = "must be given"},
-        ByHand{"three whole numbers or one"},
-        [](const S& s) { return s.kind != GeneratorKind::kTetrahedron; }}},
-      {},
-      true};
-  return section;
-}
-
-template <>
-const Section<TimeSettings>& section_of() {
+SceneSection time_section() {
   using S = TimeSettings;
-  static const Section<S> section{
+  SceneSection section = make_section<S>(
       "time",
       {{{.name = "integrator", .title = "Integrator", .help = "the time-stepping rule"},
-        Choice<S>{
-            integrator_names(),
-            {},
-            [](const S& s) { return to_string(s.integrator); },
-            [](S& s, const std::string& name) { s.integrator = integrator_from_string(name); }}},
+        &S::integrator},
        {{.name = "step",
          .title = "Step size",
          .unit = "s",
@@ -239,11 +143,7 @@ const Section<TimeSettings>& section_of() {
                  "bounds, is the first one",
          .in_file = Written::kUnlessDefault,
          .in_echo = Written::kUnlessDefault},
-        Choice<S>{
-            step_adaptation_names(),
-            {},
-            [](const S& s) { return to_string(s.adapt); },
-            [](S& s, const std::string& name) { s.adapt = step_adaptation_from_string(name); }}},
+        &S::adapt},
        {{.name = "tolerance",
          .help = "of `adapt = \"error\"`: largest error of the positions in a step, divided by the "
                  "diagonal of the body's box at rest",
@@ -268,14 +168,17 @@ const Section<TimeSettings>& section_of() {
       {{{"step"}, automatic_step_conflict},
        {{"retry"}, retry_conflict},
        {{"adapt"}, adaptation_conflict},
-       {{"max_step"}, step_range_conflict}}};
+       {{"max_step"}, step_range_conflict}});
+  section.unwritable = [](const void* settings) -> std::string {
+    if (std::isfinite(static_cast<const S*>(settings)->end)) return {};
+    return "The run has no end, which a scene file must give: set time.end.";
+  };
   return section;
 }
 
-template <>
-const Section<SolverSettings>& section_of() {
+SceneSection solver_section() {
   using S = SolverSettings;
-  static const Section<S> section{
+  return make_section<S>(
       "solver",
       {{{.name = "engine",
          .help = "how one process computes a run: as this manual says (`local`), or with the "
@@ -291,11 +194,7 @@ const Section<SolverSettings>& section_of() {
                   [](const S& s) { return s.kind; },
                   [](S& s, const std::string& name) { s.kind = name; }}},
        {{.name = "linear", .help = "of `newton` only: how its linear systems are solved"},
-        Choice<S>{
-            linear_solver_names(),
-            {},
-            [](const S& s) { return to_string(s.linear); },
-            [](S& s, const std::string& name) { s.linear = linear_solver_from_string(name); }}},
+        &S::linear},
        {{.name = "tolerance",
          .title = "Tolerance",
          .help = "largest force residual relative to the step's force scale",
@@ -308,34 +207,23 @@ const Section<SolverSettings>& section_of() {
         &S::max_iterations}},
       {{{"engine"}, solver_engine_conflict},
        {{"kind"}, solver_kind_conflict},
-       {{"linear"}, solver_conflict}}};
-  return section;
+       {{"linear"}, solver_conflict}});
 }
 
-template <>
-const Section<EnvironmentSettings>& section_of() {
+SceneSection environment_section() {
   using S = EnvironmentSettings;
-  static const Section<S> section{
+  SceneSection section = make_section<S>(
       "environment",
       {{{.name = "kind",
          .help = "the force field around the body; without an `[environment]` there is none",
          .needed = "\"none\", \"gravity\" or \"attraction\"."},
-        Choice<S>{{"none", "gravity", "attraction"},
-                  {},
-                  [](const S& s) { return to_string(s.kind); },
-                  [](S& s, const std::string& name) {
-                    for (const auto kind : {EnvironmentKind::kNone, EnvironmentKind::kGravity,
-                                            EnvironmentKind::kAttraction}) {
-                      if (name == to_string(kind)) s.kind = kind;
-                    }
-                  }}},
+        &S::kind},
        {{.name = "strength",
          .unit = "m/s² or N m²",
          .help = "g of gravity in m/s², k of attraction in N m²",
          .range = kStrength},
         &S::strength,
-        nullptr,
-        strength_unit},
+        {.unit = strength_unit}},
        {{.name = "direction",
          .title = "Direction of gravity",
          .help = "of gravity; any length but zero"},
@@ -350,14 +238,19 @@ const Section<EnvironmentSettings>& section_of() {
          .help = "name of an `[[amplitude]]`, the factor of the strength",
          .absent = "the factor 1"},
         &S::amplitude}},
-      {{{"direction"}, direction_conflict}, {{"amplitude"}, amplitude_conflict}}};
+      {{{"direction"}, direction_conflict}, {{"amplitude"}, amplitude_conflict}});
+  section.unwritable = [](const void* settings) -> std::string {
+    if (static_cast<const S*>(settings)->kind != EnvironmentKind::kCustom) return {};
+    return "The environment is a program's own force field: a scene file cannot name it. Take "
+           "none, "
+           "gravity or attraction.";
+  };
   return section;
 }
 
-template <>
-const Section<Damping>& section_of() {
+SceneSection damping_section() {
   using S = Damping;
-  static const Section<S> section{
+  return make_section<S>(
       "damping",
       {{{.name = "drag",
          .title = "Drag",
@@ -382,14 +275,12 @@ const Section<Damping>& section_of() {
          .help =
              "`{ at = [f1, f2], value = [ζ1, ζ2] }`: damping ratios at two frequencies in Hz, "
              "from which mass damping and viscosity are worked out, see below; not beside them"},
-        ByHand{"table"}}}};
-  return section;
+        DocumentedValue<S>{"table"}}});
 }
 
-template <>
-const Section<InitialSettings>& section_of() {
+SceneSection initial_section() {
   using S = InitialSettings;
-  static const Section<S> section{
+  return make_section<S>(
       "initial",
       {{{.name = "velocity",
          .unit = "m/s",
@@ -414,7 +305,7 @@ const Section<InitialSettings>& section_of() {
          .help =
              "`[[initial.momentum]]`: momenta of single vertices, instead of what they had, see "
              "below"},
-        ByHand{"tables"}},
+        TablesValue<S, MomentumSettings>{&S::momentum}},
        {{.name = "displacement",
          .unit = "m",
          .help = "of the whole body, or [of each vertex](#initial-fields)",
@@ -424,7 +315,49 @@ const Section<InitialSettings>& section_of() {
        {{.name = "static",
          .help = "whether the body starts at its equilibrium under the loads at t = 0, see below",
          .in_file = Written::kUnlessDefault},
-        &S::is_static}}};
+        &S::is_static}});
+}
+
+SceneSection damping_ratio_section() {
+  using S = DampingRatio;
+  return make_section<S>(
+      "damping.ratio",
+      {{{.name = "at",
+         .unit = "Hz",
+         .help = "two frequencies",
+         .range = kModeratePositive,
+         .needed = "give the two frequencies in Hz, for instance ratio = { at = [50, 400], value = "
+                   "[0.01, 0.02] }."},
+        &S::frequency},
+       {{.name = "value",
+         .help = "the damping ratios at these",
+         .range = {.least = 0.0, .most = 100.0},
+         .needed = "give the two damping ratios, for instance ratio = { at = [50, 400], value = "
+                   "[0.01, 0.02] }."},
+        &S::value}});
+}
+
+SceneSection array_section() {
+  using S = ArrayName;
+  return make_section<S>("array", {{{.name = "array",
+                                     .help = "a cell array of the mesh file",
+                                     .needed = "give the name of a cell array of the mesh file."},
+                                    &S::name}});
+}
+
+SceneSection field_section() {
+  using S = FieldSettings;
+  SceneSection section =
+      make_section<S>("field",
+                      {{{.name = "file", .help = "a table of comma-separated values"}, &S::file},
+                       {{.name = "formula", .help = "three formulas of X, Y, Z"}, &S::formula}},
+                      {{{}, [](const S& s) -> std::string {
+                          if (s.file.empty() != s.formula[0].empty()) return {};
+                          return "must have either file = \"…\" or formula = [\"…\", \"…\", "
+                                 "\"…\"], which gives x, y "
+                                 "and z.";
+                        }}});
+  section.is_placed_at_key = true;
   return section;
 }
 

@@ -165,7 +165,7 @@ void warn_of_loads(RunData& run) {
         fmt::format("{} ends at {} s, and {} {} s: it never acts.", load.where, load.until,
                     start > 0.0 ? "is added at" : "the run starts at", start));
   };
-  for (const LoadKind kind : load_kinds()) {
+  for (const LoadKind kind : values_of<LoadKind>()) {
     for (const ForceSettings& load : run.scene.list(kind)) {
       warn(load, 0.0);
       add_warning(run.progress, volume_group_warning(load, *run.system));

@@ -105,7 +105,7 @@ void require_own(const Checkpoint& checkpoint, const RunData& run, const BodyIde
   };
   require("[[fix]]", constraints.fixes.size(), scene.fix.size());
   require("[[constraint]]", constraints.others.size(), scene.constraint.size());
-  for (const LoadKind kind : load_kinds()) {
+  for (const LoadKind kind : values_of<LoadKind>()) {
     require(fmt::format("[[{}]]", to_string(kind)), checkpoint.settings.loads.list(kind).size(),
             scene.list(kind).size());
   }

@@ -9,9 +9,9 @@
 #include "core/quoting.h"
 #include "core/spelling.h"
 #include "simulation/scene/initial_state.h"
+#include "simulation/scene/setting_keys.h"
 #include "simulation/stepping/step_count.h"
 #include "tetraction/core/error.h"
-#include "tetraction/simulation/setting_keys.h"
 #include "tetraction/simulation/study.h"
 
 namespace tetraction {

@@ -7,7 +7,6 @@
 #include <QScrollArea>
 #include <QSlider>
 
-#include "tetraction/simulation/setting_keys.h"
 #include "viewer/gui/widgets/vector_fields.h"
 #include "window_test.h"
 
@@ -123,7 +122,8 @@ TEST_F(Panels, EnvironmentAndDamping) {
 
 TEST_F(Panels, LoadsAreShownAndChanged) {
   Document document = quiet_beam();
-  PressureSettings pressure;
+  ForceSettings pressure;
+  pressure.kind = LoadKind::kPressure;
   pressure.select = SelectSurface{};
   pressure.value = 200.0;
   pressure.amplitude = "late";

@@ -13,7 +13,7 @@
 #include <limits>
 
 #include "panel_layout.h"
-#include "tetraction/simulation/setting_keys.h"
+#include "simulation/scene/setting_keys.h"
 #include "viewer/gui/widgets/number_field.h"
 
 namespace tetraction::viewer {
@@ -105,7 +105,7 @@ ControlPanel::ControlPanel(QWidget* parent) : QWidget(parent) {
   adapt_->setToolTip(
       tr("How the step size follows the motion: not at all, by an estimate of the error of each "
          "step, or such that the discrete energy stays the same (midpoint)"));
-  for (const char* name : step_adaptation_names()) adapt_->addItem(QString::fromUtf8(name));
+  for (const char* name : names_of<StepAdaptation>()) adapt_->addItem(QString::fromUtf8(name));
   time->addRow(tr("Adaptive steps"), adapt_);
   step_tolerance_ = new NumberField(key_info(&TimeSettings::tolerance), this);
   step_tolerance_->setObjectName(QStringLiteral("step_tolerance"));
@@ -151,7 +151,7 @@ ControlPanel::ControlPanel(QWidget* parent) : QWidget(parent) {
     time_edited(tr("Step %1 s").arg(short_number(settings_.time.step)), false);
   });
   connect(adapt_, QOverload<int>::of(&QComboBox::activated), this, [this] {
-    settings_.time.adapt = step_adaptation_from_string(adapt_->currentText().toStdString());
+    settings_.time.adapt = from_string<StepAdaptation>(adapt_->currentText().toStdString());
     if (settings_.time.adapt != StepAdaptation::kNone) settings_.time.retry = 0;
     time_edited(tr("Adaptive steps: %1").arg(adapt_->currentText()), false);
   });

@@ -9,27 +9,18 @@
 #include <utility>
 
 #include "panel_layout.h"
-#include "tetraction/simulation/setting_keys.h"
+#include "simulation/scene/setting_keys.h"
 #include "viewer/gui/widgets/number_field.h"
 #include "viewer/gui/widgets/vector_fields.h"
 
 namespace tetraction::viewer {
 namespace {
 
+// "Body force" for body_force.
 QString title(LoadKind kind) {
-  switch (kind) {
-    case LoadKind::kMoment:
-      return QObject::tr("Moment");
-    case LoadKind::kTraction:
-      return QObject::tr("Traction");
-    case LoadKind::kPressure:
-      return QObject::tr("Pressure");
-    case LoadKind::kBodyForce:
-      return QObject::tr("Body force");
-    case LoadKind::kForce:
-      break;
-  }
-  return QObject::tr("Force");
+  QString title = QString::fromUtf8(name_of(kind)).replace('_', ' ');
+  title[0] = title[0].toUpper();
+  return title;
 }
 
 // The vector of a load that has one.
@@ -47,14 +38,9 @@ std::string_view key_of(const ForceSettings& load) {
 
 // The unit of that key, with what completes it.
 QString unit_of(const ForceSettings& load) {
-  QString unit;
-  visit_load(load, [&]<class Settings>(const Settings&) {
-    for (const Key<Settings>& key : section_of<Settings>().keys) {
-      if (key.info.name != key_of(load)) continue;
-      unit = QObject::tr(key.info.unit);
-      if (key.info.per[0] != '\0') unit += QChar(' ') + QObject::tr(key.info.per);
-    }
-  });
+  const KeyInfo& key = section_of(load.kind).find(key_of(load))->info;
+  QString unit = QObject::tr(key.unit);
+  if (key.per[0] != '\0') unit += QChar(' ') + QObject::tr(key.per);
   return load.total ? QObject::tr("%1 in all").arg(unit) : unit;
 }
 
@@ -89,7 +75,7 @@ void LoadEditor::show_loads(const LoadLists& loads) {
   // The kind and the number of each load are kept with its entry. The list is made anew only if it
   // changes, because it may be open, and the same load stays chosen.
   std::vector<QPoint> entries;
-  for (const LoadKind kind : load_kinds()) {
+  for (const LoadKind kind : values_of<LoadKind>()) {
     for (std::size_t i = 0; i < loads_.list(kind).size(); ++i) {
       entries.emplace_back(static_cast<int>(kind), static_cast<int>(i));
     }

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "panel_layout.h"
-#include "tetraction/simulation/setting_keys.h"
+#include "simulation/scene/setting_keys.h"
 #include "viewer/gui/widgets/number_field.h"
 
 namespace tetraction::viewer {

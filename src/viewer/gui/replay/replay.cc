@@ -172,7 +172,7 @@ std::vector<ProbeSettings> probes_of_summary(const std::string& path) {
     ProbeSettings probe;
     probe.name = entry[QLatin1String("name")].toString().toStdString();
     const std::string quantity = entry[QLatin1String("quantity")].toString().toStdString();
-    for (const ProbeQuantity known : probe_quantities()) {
+    for (const ProbeQuantity known : values_of<ProbeQuantity>()) {
       if (quantity == to_string(known)) probe.quantity = known;
     }
     probes.push_back(std::move(probe));

@@ -10,7 +10,7 @@
 #include <cmath>
 #include <limits>
 
-#include "tetraction/simulation/setting_keys.h"
+#include "simulation/scene/setting_keys.h"
 
 namespace tetraction::viewer {
 namespace {
