@@ -33,9 +33,16 @@ struct ChangedSection {
   }
 };
 
-const NameList kChangeable{"time",        "solver",   "material",   "material_region", "damping",
-                           "environment", "fix",      "constraint", "force",           "moment",
-                           "traction",    "pressure", "body_force"};
+// The sections that an event can change.
+const NameList& changeable_sections() {
+  static const NameList names = [] {
+    NameList all{"time",    "solver",      "material", "material_region",
+                 "damping", "environment", "fix",      "constraint"};
+    for (const LoadKind kind : values_of<LoadKind>()) all.emplace_back(name_of(kind));
+    return all;
+  }();
+  return names;
+}
 
 // `refuse` throws an error about the key.
 ChangedSection changed_section(std::string_view key,
@@ -53,8 +60,9 @@ ChangedSection changed_section(std::string_view key,
                  "{ select = { ... }, value = [...] }."
                : "cannot change during a run.");
   }
-  if (std::find(kChangeable.begin(), kChangeable.end(), section.name) == kChangeable.end()) {
-    refuse(fmt::format("is not a key that can change: {}", advice(section.name, kChangeable)));
+  const NameList& known = changeable_sections();
+  if (std::find(known.begin(), known.end(), section.name) == known.end()) {
+    refuse(fmt::format("is not a key that can change: {}", advice(section.name, known)));
   }
   if (key.ends_with(".density") || key.find(".density.") != std::string_view::npos) {
     refuse(

@@ -1,6 +1,10 @@
 // Keys of what vertices do: [[fix]], [[constraint]], momenta, shifts; and [[event]].
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <string>
+#include <vector>
+
 #include "sections.h"
 #include "setting_values.h"
 
@@ -221,9 +225,7 @@ SceneSection momentum_section() {
 
 SceneSection event_section() {
   using S = EventSettings;
-  return make_section<S>(
-      "event",
-      {{{.name = "at",
+  std::vector<Key<S>> keys{{{.name = "at",
          .unit = "s",
          .help = "when it happens. Before 0 or at the end and later: a warning; the former happens "
                  "before the first step, the latter never",
@@ -250,18 +252,22 @@ SceneSection event_section() {
          .help = "fixes vertices, with the keys of `[[fix]]`; by default where they are then"},
         DocumentedValue<S>{"table or list of tables"}},
        {{.name = "constraint", .help = "adds a constraint, with the keys of `[[constraint]]`"},
-        DocumentedValue<S>{"table or list of tables"}},
-       {{.name = "force", .help = "adds a force, with the keys of `[[force]]`"},
-        DocumentedValue<S>{"table or list of tables"}},
-       {{.name = "moment", .help = "adds a moment, with the keys of `[[moment]]`"},
-        DocumentedValue<S>{"table or list of tables"}},
-       {{.name = "traction", .help = "adds a traction, with the keys of `[[traction]]`"},
-        DocumentedValue<S>{"table or list of tables"}},
-       {{.name = "pressure", .help = "adds a pressure, with the keys of `[[pressure]]`"},
-        DocumentedValue<S>{"table or list of tables"}},
-       {{.name = "body_force", .help = "adds a body force, with the keys of `[[body_force]]`"},
-        DocumentedValue<S>{"table or list of tables"}},
-       {{.name = "momentum",
+        DocumentedValue<S>{"table or list of tables"}}};
+  // A KeyInfo refers to its texts.
+  static const std::vector<std::string> helps = [] {
+    std::vector<std::string> texts;
+    for (const LoadKind kind : values_of<LoadKind>()) {
+      std::string load = to_string(kind);
+      std::replace(load.begin(), load.end(), '_', ' ');
+      texts.push_back(fmt::format("adds a {}, with the keys of `[[{}]]`", load, name_of(kind)));
+    }
+    return texts;
+  }();
+  for (const LoadKind kind : values_of<LoadKind>()) {
+    keys.push_back({{.name = name_of(kind), .help = helps[static_cast<std::size_t>(kind)].c_str()},
+                    DocumentedValue<S>{"table or list of tables"}});
+  }
+  keys.insert(keys.end(), {{{.name = "momentum",
          .help = "`{ select = …, value = [px, py, pz] }` sets the momentum of every selected "
                  "vertex, in kg m/s"},
         DocumentedValue<S>{"table or list of tables"}},
@@ -270,6 +276,7 @@ SceneSection event_section() {
                  "jz], …] }` moves single vertices (m) and kicks them (N s), one entry for each; "
                  "one of the two lists may be absent"},
         DocumentedValue<S>{"table or list of tables"}}});
+  return make_section<S>("event", keys);
 }
 
 SceneSection shift_section() {
