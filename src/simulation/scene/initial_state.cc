@@ -13,7 +13,7 @@
 #include "tetraction/dynamics/body_sums.h"
 #include "tetraction/dynamics/constraints/multipliers.h"
 #include "tetraction/simulation/equilibrium.h"
-#include "tetraction/simulation/setting_keys.h"
+#include "setting_keys.h"
 
 namespace tetraction {
 namespace {
