@@ -4,7 +4,7 @@
 
 #include "forcing_term.h"
 #include "line_search.h"
-#include "newton_direction.h"
+#include "newton_linear_solver.h"
 #include "solver_checks.h"
 
 namespace tetraction {
@@ -27,8 +27,8 @@ class NewtonMinimizer : public Minimizer {
       descend(problem, report);
       const bool ended = report.converged() || report.termination == Termination::kNoProgress;
       // The gradient vanishes at a saddle, too, and Newton's method may stop near one.
-      if (!ended || !is_suspect(problem, report) || !find_negative_curvature(problem, report) ||
-          !leave(problem, report)) {
+      if (!ended || !is_suspect(problem, report) ||
+          !leave(problem, find_negative_curvature(problem, report), report)) {
         break;
       }
       report.met_negative_curvature = true;
@@ -69,16 +69,16 @@ class NewtonMinimizer : public Minimizer {
       }
       ++report.iterations;
       const double before = report.residual;
-      if (!linear_.find(problem, at_.u, at_.force, forcing.next(report), report, direction_) ||
-          !search(problem, report)) {
+      const NewtonSystem system{problem, at_.u, at_.force, forcing.next(report)};
+      if (!linear_.find(system, report, direction_) || !search(problem, report)) {
         if (moves > 0 && is_near()) break;
         if (linear_.refine()) continue;
         report.termination = Termination::kNoProgress;
         return;
       }
-      if (linear_.negative_curvature().found()) {
+      if (direction_.curvature.found()) {
         met_curvature_ = true;
-        leave(problem, report);
+        leave(problem, direction_.curvature, report);
       }
       stalls = report.residual > 0.5 * before ? stalls + 1 : 0;
       ++moves;
@@ -91,7 +91,7 @@ class NewtonMinimizer : public Minimizer {
 
   bool search(const MinimizationProblem& problem, MinimizerReport& report) {
     const bool found = line_search_.search(
-        problem, {direction_, linear_.is_safe(), report.residual_limit, path(problem)}, at_);
+        problem, {direction_.d, direction_.is_safe, report.residual_limit, path(problem)}, at_);
     report.residual = at_.residual;
     return found;
   }
@@ -107,9 +107,9 @@ class NewtonMinimizer : public Minimizer {
     credit_ += kShare * (kStep + kNewton * report.iterations + report.cg_iterations);
     const bool may_buckle = buckles(problem);
     // Where no step makes progress, the last direction began at the end.
-    if (!problem.has_inertia() && !report.converged() && linear_.is_definite()) return false;
+    if (!problem.has_inertia() && !report.converged() && direction_.is_definite) return false;
     if (met_curvature_ || !report.converged()) return true;
-    if (linear_.is_definite()) return false;
+    if (direction_.is_definite) return false;
     // The first guess was good enough, as for a body at rest.
     const bool nothing_known = report.iterations == 0 && !known_;
     known_ = report.iterations == 0;
@@ -129,20 +129,22 @@ class NewtonMinimizer : public Minimizer {
     return true;
   }
 
-  bool find_negative_curvature(const MinimizationProblem& problem, MinimizerReport& report) {
+  NegativeCurvature find_negative_curvature(const MinimizationProblem& problem,
+                                            MinimizerReport& report) {
     constexpr double kFactorization = 30.0;  // work of one, in iterations of conjugate gradients
     const int iterations = report.cg_iterations;
     const int factorizations = report.factorizations;
-    const bool found = linear_.find_negative_curvature(problem, at_.u, report);
+    NegativeCurvature found = linear_.find_negative_curvature(problem, at_.u, report);
     price_ = 1.0 + report.cg_iterations - iterations +
              kFactorization * (report.factorizations - factorizations);
     credit_ = 0.0;
     return found;
   }
 
-  // Moves to a lower point along the direction of negative curvature that was found.
-  bool leave(const MinimizationProblem& problem, MinimizerReport& report) {
-    const bool left = follow(problem, linear_.negative_curvature(), at_, path(problem));
+  // Moves to a lower point along a direction of negative curvature. Returns false if there is none.
+  bool leave(const MinimizationProblem& problem, const NegativeCurvature& curvature,
+             MinimizerReport& report) {
+    const bool left = follow(problem, curvature, at_, path(problem));
     report.residual = at_.residual;
     return left;
   }
@@ -153,7 +155,7 @@ class NewtonMinimizer : public Minimizer {
   }
 
   NewtonOptions options_;
-  NewtonDirection linear_;
+  NewtonLinearSolver linear_;
   TurningPath path_;
   LineSearch line_search_;
   double first_forcing_ = ForcingTerm::kFirst;
@@ -163,7 +165,7 @@ class NewtonMinimizer : public Minimizer {
   double credit_ = 0.0;  // for examining the next Hessian, in iterations of conjugate gradients
   double price_ = 30.0;  // of the last one
   Iterate at_;
-  Vector direction_;
+  NewtonDirection direction_;  // the last one
 };
 
 }  // namespace

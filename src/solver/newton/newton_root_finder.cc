@@ -9,7 +9,7 @@
 #include "dynamics/problems/solve_to_round_off.h"
 #include "forcing_term.h"
 #include "line_search.h"
-#include "newton_direction.h"
+#include "newton_linear_solver.h"
 #include "solver/linear/assembled_system.h"
 #include "solver_checks.h"
 
@@ -353,12 +353,12 @@ class KrylovRootFinder : public NewtonRootFinder {
           // Forces on the vertices whose generalised forces are −y.
           right_ = coordinates.extend(y.cwiseQuotient(reduced_mass_));
           for (Index v = 0; v < mass_.size(); ++v) vertex_block(right_, v) *= -mass_[v];
-          found =
-              found && linear_.find(problem.approximation(), at_.u, right_,
-                                    std::clamp(0.5 * forcing, kTightest, kLoosest), inner, full_);
+          const NewtonSystem system{problem.approximation(), at_.u, right_,
+                                    std::clamp(0.5 * forcing, kTightest, kLoosest)};
+          found = found && linear_.find(system, inner, preconditioned_);
           // The solvers take a residual that does not fall for slow progress.
           inner.residual *= 0.1;
-          z = found ? restrict_displacement(coordinates, full_) : y;
+          z = found ? restrict_displacement(coordinates, preconditioned_.d) : y;
         },
         forcing, most, free_);
     report.cg_iterations += inner.cg_iterations;
@@ -376,7 +376,7 @@ class KrylovRootFinder : public NewtonRootFinder {
   }
 
   const MechanicalSystem& system_;
-  NewtonDirection linear_;
+  NewtonLinearSolver linear_;
   std::unique_ptr<FactorGmres> factor_;
   bool may_choose_;
   int with_factor_ = 0;  // directions to be found with the factor
@@ -384,8 +384,8 @@ class KrylovRootFinder : public NewtonRootFinder {
   Vector reduced_mass_;
   Vector free_;  // direction_ over the free coordinates
   Derivative derivative_;
-  Vector full_;  // work space, 3 per vertex
-  Vector right_;
+  Vector right_;  // work space, 3 per vertex, of the preconditioner
+  NewtonDirection preconditioned_;
 };
 
 }  // namespace
