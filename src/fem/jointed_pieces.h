@@ -1,4 +1,4 @@
-// Pieces of a body that touch only in edges and vertices: rigid bodies with joints.
+// The connected parts of a body, and pieces that touch only in edges and vertices: rigid bodies with joints.
 #pragma once
 
 #include <cstddef>
@@ -6,8 +6,18 @@
 
 #include "mesh/mesh_pieces.h"
 #include "tetraction/fem/free_coordinates.h"
+#include "tetraction/fem/rest_state.h"
 
 namespace tetraction {
+
+/// The vertices of each part that hangs together through elements, ascending, and through `sets`: all
+/// vertices of a set belong to the same part.
+std::vector<std::vector<Index>> connected_parts(const RestState& rest,
+                                                const std::vector<AffineSet>& sets = {});
+
+/// The pieces that hang together through faces, for each of these parts of the mesh.
+std::vector<std::vector<MeshPiece>> pieces_of_parts(const TetMesh& mesh,
+                                                    const std::vector<std::vector<Index>>& parts);
 
 /// The pieces of one connected part of a body, each as a rigid body. Vertices that two pieces share stay
 /// together: one vertex is a ball joint, vertices on a line are a hinge, and three that are not on a line

@@ -12,7 +12,6 @@
 #include <vector>
 
 #include "core/decompositions.h"
-#include "fem/connected_parts.h"
 #include "fem/jointed_pieces.h"
 #include "simulation/session/load_stepping.h"
 #include "tetraction/core/error.h"
