@@ -19,7 +19,7 @@ class CoarseChoice {
   bool in_use() const { return in_use_; }
   /// Whether to make or renew a coarse space now, after `iterations` iterations of a solve.
   bool should_make(int iterations) const {
-    return in_use_ ? iterations == 0 && regret_ > kPrice : spent_ + iterations > patience_ * kPrice;
+    return in_use_ ? iterations == 0 && excess_ > kPrice : spent_ + iterations > patience_ * kPrice;
   }
   /// To be called after a coarse space was made. `usable` is false if its matrix could not be
   /// factorised. `iterations` and `digits` are those of the solve so far.
@@ -27,7 +27,7 @@ class CoarseChoice {
     if (!in_use_) solved(iterations, digits);
     in_use_ = usable;
     proven_ = false;
-    regret_ = 0.0;
+    excess_ = 0.0;
     if (!usable) give_up();
   }
   /// To be called after a solve, or after its part with the coarse space. `digits` is the number of
@@ -47,7 +47,7 @@ class CoarseChoice {
       if (1.25 * rate_ * digits_ > iterations_) give_up();
       return;
     }
-    regret_ += iterations > kSlack * rate_ * digits ? iterations - kSlack * rate_ * digits : 0.0;
+    excess_ += iterations > kSlack * rate_ * digits ? iterations - kSlack * rate_ * digits : 0.0;
   }
 
  private:
@@ -65,7 +65,7 @@ class CoarseChoice {
   double iterations_ = 0.0;  // without one …
   double digits_ = 0.0;      // … for so many digits
   double spent_ = 0.0;       // the same since the last choice
-  double regret_ = 0.0;
+  double excess_ = 0.0;      // iterations above the rate of its first solve
   double patience_ = 1.0;
 };
 

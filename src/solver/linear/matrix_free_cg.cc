@@ -1,10 +1,8 @@
 #include "matrix_free_cg.h"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numeric>
 
 #include "core/pseudo_random.h"
 #include "fem/allowed_directions.h"
@@ -14,41 +12,21 @@
 namespace tetraction {
 namespace {
 
-// What comes from the last solve, as a part of the residual asked for, …
+// The part of the last solve's residual in a system, relative to the residual asked for, …
 constexpr double kSeed = 0.25;
 constexpr double kSeedIfGiven = 0.1;  // … and with a preconditioner that the caller has given
 
-// The part of x along the directions in which the vertex may move. Residuals are projected in order
-// to remove reactions, which may be so large that the rest would be mere round-off.
-Vector3 project(const FreeCoordinates& coordinates, Index v, const Vector3& x) {
-  const FreeCoordinates::VertexMap map = coordinates.map(v);
-  Vector3 projected = Vector3::Zero();
-  for (int i = 0; i < map.count; ++i) {
-    projected += map.columns.col(i).dot(x) * map.columns.col(i);
-  }
-  return projected;
-}
-
-// t (tᵀ B t)⁻¹ tᵀ with the directions t in which a vertex may move. It is the inverse of P B P +
-// c (1 − P), P = t tᵀ, less (1 − P)/c. If tᵀ B t is not positive definite, it is P/`substitute`.
-Matrix3 inverse_along(const FreeCoordinates::VertexMap& map, const Matrix3& block,
-                      double substitute) {
-  const Matrix3 allowed = allowed_directions(map);
-  const Matrix3 across = Matrix3::Identity() - allowed;
-  const Matrix3 own = allowed * block * allowed;
-  // There are one or two directions, so trace and determinant of tᵀ B t decide.
-  const double scale = own.trace() / map.count;
-  const Matrix3 filled = own + scale * across;
-  if (!(scale > 0.0) || !(filled.determinant() > 0.0)) return allowed / substitute;
-  return filled.inverse() - across / scale;
-}
-
 template <class T>
-Eigen::Matrix<T, 4, 1> project(const FreeCoordinates& coordinates, Index v,
-                               const Eigen::Matrix<T, 4, 1>& x) {
-  const Vector3 projected =
-      project(coordinates, v, Vector3(x.template head<3>().template cast<double>()));
-  return Eigen::Vector4d(projected[0], projected[1], projected[2], 0.0).template cast<T>();
+Eigen::Matrix<T, 4, 1> record_of(const Vector3& x) {
+  return Eigen::Vector4d(x[0], x[1], x[2], 0.0).template cast<T>();
+}
+
+// The record of the part of x along the directions in which the vertex may move. Residuals are projected in order
+// to remove reactions, which may be so large that the rest would be mere round-off.
+template <class T>
+Eigen::Matrix<T, 4, 1> allowed_record(const FreeCoordinates& coordinates, Index v,
+                                      const Vector3& x) {
+  return record_of<T>(coordinates.is_free(v) ? x : project(coordinates.map(v), x));
 }
 
 }  // namespace
@@ -63,7 +41,8 @@ MatrixFreeCg<T>::MatrixFreeCg(const MechanicalSystem& system)
     : system_(system),
       groups_(system.rest(), system.part()),
       operator_(system.elastic(), groups_.order()),
-      outers_(groups_, system.nodal_volume()) {
+      terms_(system, groups_),
+      shared_(system, groups_) {
   constexpr Index kVertices = 1024;  // worth a task
   const Index groups = groups_.count_with_copies();
   grain_ = std::max<Index>(1, kVertices * groups / system.vertex_count());
@@ -76,56 +55,15 @@ MatrixFreeCg<T>::MatrixFreeCg(const MechanicalSystem& system)
     all_free_.push_back(free);
   }
   const auto size = static_cast<std::size_t>(4 * system.vertex_count());
-  for (AlignedVector<T>* field : {&diagonal_, &x_, &r_, &p_, &z_, &ap_}) field->resize(size);
+  for (AlignedVector<T>* field : {&x_, &r_, &p_, &z_, &ap_}) field->resize(size);
   inverse_.resize(3 * size);
-  list_shared_places();
   Vector seed = pseudo_random(system.dof_count());
   copy_from_owners(system.part(), seed, 3);
   for_places([&](Index i) {
     const Index v = groups_.vertex(i);
-    Vector3 own = vertex_block(seed, v);
-    if (!system.coordinates().is_free(v)) own = project(system.coordinates(), v, own);
-    record(r_, i) = Eigen::Vector4d(own[0], own[1], own[2], 0.0).template cast<T>();
+    record(r_, i) = allowed_record<T>(system.coordinates(), v, vertex_block(seed, v));
   });
   last_ = sum_over_parts(system.part(), seed.head(3 * system.owned_vertex_count()).squaredNorm());
-}
-
-template <class T>
-void MatrixFreeCg<T>::list_shared_places() {
-  const MeshPart* part = system_.part();
-  if (part == nullptr) return;
-  has_shared_.assign(static_cast<std::size_t>(groups_.count_with_copies()), false);
-  shared_sums_.setZero(system_.dof_count());
-  for (Index g = 0; g < groups_.count_with_copies(); ++g) {
-    for (Index i = groups_.begin(g); i < groups_.end(g); ++i) {
-      const Index v = groups_.vertex(i);
-      if (!std::binary_search(part->shared_vertices.begin(), part->shared_vertices.end(), v)) {
-        continue;
-      }
-      shared_places_.push_back(i);
-      has_shared_[static_cast<std::size_t>(g)] = true;
-    }
-  }
-  is_shared_.assign(groups_.order().size(), 0);
-  for (const Index i : shared_places_) is_shared_[static_cast<std::size_t>(i)] = 1;
-}
-
-// shared_sums_ ← the sums over all parts of what `own` says of shared vertices.
-template <class T>
-template <class Own>
-void MatrixFreeCg<T>::add_shared(const Own& own) {
-  for (const Index i : shared_places_) {
-    vertex_block(shared_sums_, groups_.vertex(i)) =
-        own(i).template head<3>().template cast<double>();
-  }
-  tetraction::add_shared(system_.part(), shared_sums_, 3);
-}
-
-template <class T>
-auto MatrixFreeCg<T>::shared_sum(Index place) const -> Record {
-  const Index v = groups_.vertex(place);
-  return Eigen::Vector4d(shared_sums_[3 * v], shared_sums_[3 * v + 1], shared_sums_[3 * v + 2], 0.0)
-      .template cast<T>();
 }
 
 template <class T>
@@ -138,8 +76,7 @@ void MatrixFreeCg<T>::set(const MinimizationProblem& problem, const Vector& u) {
   const double* tensions =
       parts.volume == nullptr ? nullptr : parts.volume->tensions(parts.positions).data();
   operator_.set(point_, parts.viscous, parts.step_displacement, tensions);
-  has_terms_ = problem.has_general_terms();
-  set_terms(HessianForm::kExact);
+  terms_.set(problem, u, HessianForm::kExact);
 }
 
 template <class T>
@@ -149,77 +86,25 @@ void MatrixFreeCg<T>::convexify() {
   // The curvature of volumes is indefinite. Without it the other part of nodal volumes is convex.
   if (parts.volume != nullptr) operator_.set(point_, parts.viscous, parts.step_displacement);
   operator_.convexify();
-  if (has_terms_ || parts.volume != nullptr) set_terms(HessianForm::kConvex);
-}
-
-// Sets the part of the matrix that does not come from elements: the terms that are quadratic in
-// single vertices, general terms, and the outer products of nodal volumes.
-template <class T>
-void MatrixFreeCg<T>::set_terms(HessianForm form) {
-  if (has_terms_) {
-    problem_->term_hessian(u_, form, terms_);
-  } else {
-    terms_.reset(0);
-  }
-  const MinimizationProblem::HessianParts parts = problem_->hessian_parts(u_);
-  outers_.set(parts.positions, form, terms_);
-  const Vector& diagonal = parts.diagonal;
-  if (has_terms_) off_.resize(diagonal_.size());
-  for_places([&](Index i) {
-    const Index v = groups_.vertex(i);
-    Vector3 on = vertex_block(diagonal, v);
-    if (has_terms_) {
-      const Matrix3 h = terms_.diagonal(v);
-      on += h.diagonal();
-      record(off_, i) = Eigen::Vector4d(h(0, 1), h(0, 2), h(1, 2), 0.0).template cast<T>();
-    }
-    record(diagonal_, i) = Eigen::Vector4d(on[0], on[1], on[2], 0.0).template cast<T>();
-  });
-  neighbors_begin_.clear();
-  neighbors_.clear();
-  if (!has_terms_ || terms_.pairs().empty()) return;
-  if (place_of_.empty()) {
-    place_of_.resize(static_cast<std::size_t>(system_.vertex_count()));
-    for (Index i = 0; i < system_.vertex_count(); ++i) {
-      place_of_[static_cast<std::size_t>(groups_.vertex(i))] = static_cast<std::int32_t>(i);
-    }
-  }
-  const auto place = [&](Index v) { return place_of_[static_cast<std::size_t>(v)]; };
-  // Counted, then filled in the order of the pairs.
-  neighbors_begin_.assign(static_cast<std::size_t>(system_.vertex_count()) + 1, 0);
-  for (const HessianBlocks::Pair& pair : terms_.pairs()) {
-    ++neighbors_begin_[static_cast<std::size_t>(place(pair.row)) + 1];
-    ++neighbors_begin_[static_cast<std::size_t>(place(pair.column)) + 1];
-  }
-  std::partial_sum(neighbors_begin_.begin(), neighbors_begin_.end(), neighbors_begin_.begin());
-  std::vector<Index> next(neighbors_begin_.begin(), neighbors_begin_.end() - 1);
-  neighbors_.resize(2 * terms_.pairs().size());
-  const auto enter = [&](Index v, Index other, const Matrix3& block) {
-    Index& end = next[static_cast<std::size_t>(place(v))];
-    neighbors_[static_cast<std::size_t>(end++)] = {place(other), block.template cast<T>()};
-  };
-  for (const HessianBlocks::Pair& pair : terms_.pairs()) {
-    enter(pair.row, pair.column, pair.block);
-    enter(pair.column, pair.row, pair.block.transpose());
+  if (problem_->has_general_terms() || parts.volume != nullptr) {
+    terms_.set(*problem_, u_, HessianForm::kConvex);
   }
 }
 
 template <class T>
 NegativeCurvature MatrixFreeCg<T>::negative_curvature() const {
-  NegativeCurvature way;
-  way.curvature = curvature_;
-  copy(p_, way.direction);
-  return way;
+  NegativeCurvature found;
+  found.curvature = curvature_;
+  copy(p_, found.direction);
+  return found;
 }
 
 template <class T>
 double MatrixFreeCg<T>::curvature(const Vector& d) {
   const double scale = largest_of_parts(system_.part(), d.lpNorm<Eigen::Infinity>());
   if (!(scale > 0.0)) return 0.0;
-  for_places([&](Index i) {
-    const Vector3 own = vertex_block(d, groups_.vertex(i)) / scale;
-    record(p_, i) = Eigen::Vector4d(own[0], own[1], own[2], 0.0).template cast<T>();
-  });
+  for_places(
+      [&](Index i) { record(p_, i) = record_of<T>(vertex_block(d, groups_.vertex(i)) / scale); });
   return multiply() * scale * scale;
 }
 
@@ -231,7 +116,7 @@ void MatrixFreeCg<T>::copy(const AlignedVector<T>& field, Vector& vector) const 
   for_places([&](Index i) {
     const Index v = groups_.vertex(i);
     Vector3 own = record(field, i).template head<3>().template cast<double>();
-    if (!coordinates.is_free(v)) own = project(coordinates, v, own);
+    if (!coordinates.is_free(v)) own = project(coordinates.map(v), own);
     vertex_block(vector, v) = own;
   });
 }
@@ -242,20 +127,20 @@ void MatrixFreeCg<T>::make_blocks() {
   const Vector& diagonal = problem_->hessian_parts(u_).diagonal;
   operator_.diagonal(p_, z_);
   for (AlignedVector<T>* field : {&p_, &z_}) {
-    add_shared([&](Index i) { return record(*field, i); });
-    for (const Index i : shared_places_) record(*field, i) = shared_sum(i);
+    shared_.add([&](Index i) { return record(*field, i); });
+    for (const Index i : shared_.places()) record(*field, i) = shared_.template sum<T>(i);
   }
   const FreeCoordinates& coordinates = system_.coordinates();
   for_places([&](Index i) {
     const Index v = groups_.vertex(i);
     Eigen::Matrix<double, 4, 3> inverse = Eigen::Matrix<double, 4, 3>::Zero();
     if (!coordinates.is_fully_prescribed(v)) {
-      Eigen::Vector4d on = (record(p_, i) + record(diagonal_, i)).template cast<double>();
+      Eigen::Vector4d on = (record(p_, i) + terms_.diagonal(i)).template cast<double>();
       Eigen::Vector4d off = record(z_, i).template cast<double>();
-      if (has_terms_) off += record(off_, i).template cast<double>();
+      if (terms_.has_off_diagonal()) off += terms_.off_diagonal(i).template cast<double>();
       Matrix3 block;
       block << on[0], off[0], off[1], off[0], on[1], off[2], off[1], off[2], on[2];
-      if (!outers_.empty()) block += outers_.block(i);
+      if (!terms_.outers().empty()) block += terms_.outers().block(i);
       if (coordinates.is_free(v)) {
         Matrix3 inverted = block.inverse();
         // The blocks of an indefinite matrix need not be positive definite.
@@ -278,18 +163,8 @@ void MatrixFreeCg<T>::make_blocks() {
 template <class T>
 bool MatrixFreeCg<T>::make_coarse_space() {
   if (!coarse_) coarse_ = std::make_unique<CoarseSpace<T>>(system_, groups_);
-  const auto vertex_term = [&](Index i) -> Matrix3 {
-    const Record on = record(diagonal_, i);
-    Matrix3 block = Vector3(on.template head<3>().template cast<double>()).asDiagonal();
-    if (has_terms_) {
-      const Record off = record(off_, i);
-      block(0, 1) = block(1, 0) = off[0];
-      block(0, 2) = block(2, 0) = off[1];
-      block(1, 2) = block(2, 1) = off[2];
-    }
-    return block;
-  };
-  return coarse_->update(operator_, vertex_term, point_, &outers_);
+  return coarse_->update(
+      operator_, [&](Index i) { return terms_.block(i); }, point_, &terms_.outers());
 }
 
 // body(g) for all groups.
@@ -331,7 +206,8 @@ template <class T>
 auto MatrixFreeCg<T>::allowed(const Record& x, Index place) const -> Record {
   const FreeCoordinates& coordinates = system_.coordinates();
   const Index v = groups_.vertex(place);
-  return coordinates.is_free(v) ? x : project(coordinates, v, x);
+  if (coordinates.is_free(v)) return x;
+  return allowed_record<T>(coordinates, v, x.template head<3>().template cast<double>());
 }
 
 // Sets x = 0 and r = −gradient/scale plus a part of the last solve's residual, of the size `share`.
@@ -343,12 +219,10 @@ void MatrixFreeCg<T>::start(const Vector& gradient, double scale, double share) 
       last_ > 0.0 && std::isfinite(last_) ? static_cast<T>(share / std::sqrt(last_)) : T(0);
   for_places([&](Index i) {
     const Index v = groups_.vertex(i);
-    Vector3 g = vertex_block(gradient, v) / -scale;
-    if (!coordinates.is_free(v)) g = project(coordinates, v, g);
     record(x_, i).setZero();
     record(ap_, i).setZero();
     record(p_, i).setZero();
-    const Record own = Eigen::Vector4d(g[0], g[1], g[2], 0.0).template cast<T>();
+    const Record own = allowed_record<T>(coordinates, v, vertex_block(gradient, v) / -scale);
     record(r_, i) = kept > T(0) ? Record(own + kept * record(r_, i)) : own;
   });
   descend(0.0);
@@ -369,26 +243,17 @@ bool MatrixFreeCg<T>::renew(const CgReport& report) {
 template <class T>
 double MatrixFreeCg<T>::multiply() {
   operator_.multiply(p_.data());
-  if (system_.part() != nullptr) add_shared([&](Index i) { return operator_.record_sum(i); });
-  const bool has_outers = !outers_.empty();
-  if (has_outers) outers_.multiply(p_);
+  if (system_.part() != nullptr) shared_.add([&](Index i) { return operator_.record_sum(i); });
+  terms_.multiply(p_);
   const Products products = sum_over_groups([&](Index g) {
     const bool all_free = all_free_[static_cast<std::size_t>(g)];
-    const bool all_own = has_shared_.empty() || !has_shared_[static_cast<std::size_t>(g)];
+    const bool has_shared = shared_.are_in_group(g);
     Record sum = Record::Zero();
     for (Index i = groups_.begin(g); i < groups_.end(g); ++i) {
       const Record p = record(p_, i);
-      const Record elastic = all_own || is_shared_[static_cast<std::size_t>(i)] == 0
-                                 ? Record(operator_.record_sum(i))
-                                 : shared_sum(i);
-      Record ap = elastic + record(diagonal_, i).cwiseProduct(p);
-      if (has_terms_) {
-        const Record off = record(off_, i);
-        ap += Record(off[0] * p[1] + off[1] * p[2], off[0] * p[0] + off[2] * p[2],
-                     off[1] * p[0] + off[2] * p[1], T(0));
-      }
-      if (!neighbors_begin_.empty()) add_neighbors(i, ap);
-      if (has_outers) ap += outers_.product(i);
+      Record ap = has_shared && shared_.contains(i) ? shared_.template sum<T>(i)
+                                                    : Record(operator_.record_sum(i));
+      terms_.add_product(p_, i, ap);
       if (!all_free) ap = allowed(ap, i);
       record(ap_, i) = ap;
       sum += p.cwiseProduct(ap);
@@ -396,17 +261,6 @@ double MatrixFreeCg<T>::multiply() {
     return Products{sum.template cast<double>().sum(), 0.0};
   });
   return products.rz;
-}
-
-// sum += the blocks of pairs that the vertex at a place takes part in, times p.
-template <class T>
-void MatrixFreeCg<T>::add_neighbors(Index place, Record& sum) const {
-  const auto begin = static_cast<std::size_t>(neighbors_begin_[static_cast<std::size_t>(place)]);
-  const auto end = static_cast<std::size_t>(neighbors_begin_[static_cast<std::size_t>(place) + 1]);
-  for (std::size_t k = begin; k < end; ++k) {
-    const Neighbor& other = neighbors_[k];
-    sum.template head<3>() += other.block * record(p_, other.place).template head<3>();
-  }
 }
 
 // r −= alpha ap; z = the vertices' part of the preconditioned r. Also computes Pᵀr, from which the
@@ -459,6 +313,22 @@ double MatrixFreeCg<T>::precondition() {
   return choice_.in_use() ? products_.rz + coarse_->solve() : products_.rz;
 }
 
+// z = value(i) at all places i; returns r·z.
+template <class T>
+template <class Value>
+double MatrixFreeCg<T>::set_preconditioned(const Value& value) {
+  return sum_over_groups([&](Index g) {
+           Record sum = Record::Zero();
+           for (Index i = groups_.begin(g); i < groups_.end(g); ++i) {
+             const Record z = value(i);
+             record(z_, i) = z;
+             sum += record(r_, i).cwiseProduct(z);
+           }
+           return Products{sum.template cast<double>().sum(), 0.0};
+         })
+      .rz;
+}
+
 // z = (L Lᵀ)⁻¹ r over the free coordinates; returns r·z.
 template <class T>
 double MatrixFreeCg<T>::precondition_with_factor() {
@@ -479,26 +349,19 @@ double MatrixFreeCg<T>::precondition_with_factor() {
     }
   });
   factor_->solve(free_, free_);
-  return sum_over_groups([&](Index g) {
-           Record sum = Record::Zero();
-           for (Index i = groups_.begin(g); i < groups_.end(g); ++i) {
-             const Index v = groups_.vertex(i);
-             Vector3T z = Vector3T::Zero();
-             if (coordinates.is_free(v)) {
-               z = free_.template segment<3>(coordinates.first(v));
-             } else {
-               const FreeCoordinates::VertexMap map = coordinates.map(v);
-               for (int k = 0; k < map.count; ++k) {
-                 z += free_[map.first + k] * map.columns.col(k).template cast<T>();
-               }
-             }
-             const Record padded(z[0], z[1], z[2], T(0));
-             record(z_, i) = padded;
-             sum += record(r_, i).cwiseProduct(padded);
-           }
-           return Products{sum.template cast<double>().sum(), 0.0};
-         })
-      .rz;
+  return set_preconditioned([&](Index i) {
+    const Index v = groups_.vertex(i);
+    Vector3T z = Vector3T::Zero();
+    if (coordinates.is_free(v)) {
+      z = free_.template segment<3>(coordinates.first(v));
+    } else {
+      const FreeCoordinates::VertexMap map = coordinates.map(v);
+      for (int k = 0; k < map.count; ++k) {
+        z += free_[map.first + k] * map.columns.col(k).template cast<T>();
+      }
+    }
+    return Record(z[0], z[1], z[2], T(0));
+  });
 }
 
 // z = M⁻¹ r with the preconditioner of a body in parts; returns r·z.
@@ -510,17 +373,9 @@ double MatrixFreeCg<T>::precondition_body() {
         record(r_, i).template head<3>().template cast<double>();
   });
   body_preconditioner_->apply(residual_, preconditioned_);
-  return sum_over_groups([&](Index g) {
-           Record sum = Record::Zero();
-           for (Index i = groups_.begin(g); i < groups_.end(g); ++i) {
-             const Vector3 z = vertex_block(preconditioned_, groups_.vertex(i));
-             const Record padded = Eigen::Vector4d(z[0], z[1], z[2], 0.0).template cast<T>();
-             record(z_, i) = allowed(padded, i);
-             sum += record(r_, i).cwiseProduct(record(z_, i));
-           }
-           return Products{sum.template cast<double>().sum(), 0.0};
-         })
-      .rz;
+  return set_preconditioned([&](Index i) {
+    return allowed(record_of<T>(vertex_block(preconditioned_, groups_.vertex(i))), i);
+  });
 }
 
 // x += alpha p; p = z + beta p, z with the motions of the groups.

@@ -11,11 +11,12 @@
 #include "core/conjugate_gradients.h"
 #include "fem/tangent_operator.h"
 #include "negative_curvature.h"
-#include "outer_products.h"
+#include "shared_places.h"
 #include "single_precision_factor.h"
 #include "tetraction/dynamics/mechanical_system.h"
 #include "tetraction/dynamics/problems/nonlinear_problem.h"
 #include "vertex_groups.h"
+#include "vertex_terms.h"
 
 namespace tetraction {
 
@@ -97,19 +98,15 @@ class MatrixFreeCg {
     double rr = 0.0;
   };
 
-  void list_shared_places();
-  template <class Own>
-  void add_shared(const Own& own);
-  Record shared_sum(Index place) const;
   CgReport run(const Vector& gradient, double forcing, int max_iterations, Vector& step);
   bool has_given_preconditioner() const {
     return factor_ != nullptr || body_preconditioner_ != nullptr;
   }
-  void set_terms(HessianForm form);
   void make_blocks();
   bool make_coarse_space();
   void start(const Vector& gradient, double scale, double share);
-  void add_neighbors(Index place, Record& sum) const;
+  template <class Value>
+  double set_preconditioned(const Value& value);
   double precondition_with_factor();
   double precondition_body();
   // The functions that conjugate_gradients() calls. descend() also computes the vertices' part of
@@ -158,27 +155,10 @@ class MatrixFreeCg {
   Vector residual_;
   Vector preconditioned_;
   Eigen::Matrix<T, Eigen::Dynamic, 1> free_;
-  // The part of force terms that are not quadratic: blocks of single vertices and of pairs.
-  HessianBlocks terms_;
-  bool has_terms_ = false;
-  struct Neighbor {
-    std::int32_t place = 0;
-    Eigen::Matrix<T, 3, 3> block;
-  };
-  std::vector<Index> neighbors_begin_;  // of each place; empty without pairs
-  std::vector<Neighbor> neighbors_;
-  OuterProducts<T> outers_;             // of nodal volumes and terms
-  std::vector<std::int32_t> place_of_;  // of each vertex; made for the first pairs
-  AlignedVector<T> diagonal_;           // of what belongs to single vertices: rows (xx yy zz 0)
-  AlignedVector<T> off_;                // (xy xz yz 0), of terms
-  AlignedVector<T> inverse_;            // of the vertices' blocks: three rows each
+  VertexTerms<T> terms_;
+  AlignedVector<T> inverse_;  // of the vertices' blocks: three rows each
   AlignedVector<T> x_, r_, p_, z_, ap_;
-  // Of a body in parts: the places of the vertices that other parts have, too, the groups with such places,
-  // and sums over all parts, 3 per vertex.
-  std::vector<Index> shared_places_;
-  std::vector<std::uint8_t> is_shared_;
-  std::vector<bool> has_shared_;
-  Vector shared_sums_;
+  SharedPlaces shared_;
   Products products_;           // of the residual: the vertices' part of r·z, and r·r
   double known_digits_ = 0.0;   // of the solve in progress, that the choice knows of already
   int known_iterations_ = 0;    // the iterations that it knows of
