@@ -11,6 +11,7 @@
 #include "dynamics/terms/term_forces.h"
 #include "dynamics/terms/vertex_kernels.h"
 #include "finite_outcome.h"
+#include "force_cache.h"
 #include "tetraction/core/parallel.h"
 #include "tetraction/dynamics/body_sums.h"
 #include "tetraction/dynamics/constraints/multipliers.h"
@@ -21,44 +22,6 @@ namespace {
 
 // The number of vertices for which a task of its own is worthwhile.
 constexpr Index kGrain = 2048;
-
-// ∇W of the elastic energy at the current position, kept from the end of the last step.
-class ForceCache {
- public:
-  EvaluationStatus update(const MechanicalSystem& system, const Vector& q) {
-    if (valid_) return {};
-    const EvaluationStatus status =
-        system.elastic_energy_and_gradient(q, elastic_energy_, gradient_);
-    valid_ = status.ok();
-    return status;
-  }
-  bool is_known() const { return valid_; }
-  void invalidate() { valid_ = false; }
-  const Vector& gradient() const { return gradient_; }
-  double elastic_energy() const { return elastic_energy_; }
-
- private:
-  bool valid_ = false;
-  double elastic_energy_ = 0.0;
-  Vector gradient_;
-};
-
-// Forgets the forces unless the step ends well: they belong to a state that is not reached then, however
-// the step ends.
-class CacheGuard {
- public:
-  explicit CacheGuard(ForceCache& cache) : cache_(cache) {}
-  ~CacheGuard() {
-    if (!kept_) cache_.invalidate();
-  }
-  CacheGuard(const CacheGuard&) = delete;
-  CacheGuard& operator=(const CacheGuard&) = delete;
-  void keep() { kept_ = true; }
-
- private:
-  ForceCache& cache_;
-  bool kept_ = false;
-};
 
 class ExplicitStepper : public Stepper {
  public:
