@@ -1,11 +1,11 @@
 #include "tetraction/simulation/history.h"
-#include "tetraction/dynamics/body_sums.h"
 
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
 
 #include "simulation/stepping/adaptations.h"
+#include "tetraction/dynamics/body_sums.h"
 #include "tetraction/dynamics/derived_fields.h"
 #include "tetraction/dynamics/whole_body.h"
 #include "tetraction/simulation/equilibrium.h"

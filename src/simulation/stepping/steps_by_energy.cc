@@ -1,6 +1,5 @@
 // time.adapt = "energy": every step has the size that keeps the discrete energy.
 #include <fmt/format.h>
-#include "tetraction/dynamics/body_sums.h"
 
 #include <algorithm>
 #include <cmath>
@@ -8,6 +7,7 @@
 #include <utility>
 
 #include "adaptations.h"
+#include "tetraction/dynamics/body_sums.h"
 
 namespace tetraction {
 namespace {
