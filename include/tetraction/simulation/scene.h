@@ -314,8 +314,15 @@ struct LoadLists {
   std::vector<ForceSettings> pressure;
   std::vector<ForceSettings> body_force;
 
-  std::vector<ForceSettings>& list(LoadKind kind);
-  const std::vector<ForceSettings>& list(LoadKind kind) const;
+  std::vector<ForceSettings>& list(LoadKind kind) { return this->*member(kind); }
+  const std::vector<ForceSettings>& list(LoadKind kind) const { return this->*member(kind); }
+
+ private:
+  static std::vector<ForceSettings> LoadLists::*member(LoadKind kind) {
+    constexpr std::array kMembers{&LoadLists::force, &LoadLists::moment, &LoadLists::traction,
+                                  &LoadLists::pressure, &LoadLists::body_force};
+    return kMembers.at(static_cast<std::size_t>(kind));
+  }
 };
 
 struct MomentumSettings {

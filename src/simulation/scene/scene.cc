@@ -68,26 +68,6 @@ Amplitude make_amplitude(const AmplitudeSettings& settings) {
   }
 }
 
-std::vector<ForceSettings>& LoadLists::list(LoadKind kind) {
-  return const_cast<std::vector<ForceSettings>&>(std::as_const(*this).list(kind));
-}
-
-const std::vector<ForceSettings>& LoadLists::list(LoadKind kind) const {
-  switch (kind) {
-    case LoadKind::kForce:
-      return force;
-    case LoadKind::kMoment:
-      return moment;
-    case LoadKind::kTraction:
-      return traction;
-    case LoadKind::kPressure:
-      return pressure;
-    case LoadKind::kBodyForce:
-      break;
-  }
-  return body_force;
-}
-
 std::string letters_of(const std::array<bool, 3>& components) {
   std::string letters;
   for (std::size_t i = 0; i < 3; ++i) {
