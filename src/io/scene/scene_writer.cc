@@ -76,7 +76,8 @@ bool is_always_written(std::string_view section) {
 
 std::string part_text(const ScenePart& part, const void* settings) {
   const SceneSection& section = *part.section;
-  const std::string head = part.is_list ? fmt::format("[[{}]]", section.name) : fmt::format("[{}]", section.name);
+  const std::string head =
+      part.is_list ? fmt::format("[[{}]]", section.name) : fmt::format("[{}]", section.name);
   if (section.type == typeid(MaterialRegionSettings)) {
     const auto& region = *static_cast<const MaterialRegionSettings*>(settings);
     return section_text(head, keys_of(region.material), &region.select);

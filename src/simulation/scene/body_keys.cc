@@ -225,34 +225,35 @@ SceneSection momentum_section() {
 
 SceneSection event_section() {
   using S = EventSettings;
-  std::vector<Key<S>> keys{{{.name = "at",
-         .unit = "s",
-         .help = "when it happens. Before 0 or at the end and later: a warning; the former happens "
-                 "before the first step, the latter never",
-         .needed = "the time of the event in s."},
-        &S::at},
-       {{.name = "set",
-         .help = "`{ \"KEY\" = VALUE, … }` with any key of `[material]`, `[[material_region]]`, "
-                 "`[time]`, `[solver]`, `[damping]`, `[environment]`, `[[fix]]`, "
-                 "`[[constraint]]` and the loads, written as with `--set`: `\"time.step\" = 1e-3`, "
-                 "`\"force.0.vector\" = [0, 1, 0]`, `\"constraint.0.velocity\" = [0, 0, 0]`"},
-        DocumentedValue<S>{"table"}},
-       {{.name = "unset",
-         .help = "`[\"KEY\", …]`, keys that are taken out again before `set` is read: "
-                 "`\"material.ratio\"`, `\"fix.0.target\"`"},
-        DocumentedValue<S>{"list of texts"}},
-       {{.name = "unfix",
-         .help = "`{ select = … }` releases vertices from every `[[fix]]`, or with `fix = n` only "
-                 "from the one with that number"},
-        DocumentedValue<S>{"table"}},
-       {{.name = "remove_constraint",
-         .help = "takes the `[[constraint]]` with that number away; the others keep theirs"},
-        DocumentedValue<S>{"whole number"}},
-       {{.name = "fix",
-         .help = "fixes vertices, with the keys of `[[fix]]`; by default where they are then"},
-        DocumentedValue<S>{"table or list of tables"}},
-       {{.name = "constraint", .help = "adds a constraint, with the keys of `[[constraint]]`"},
-        DocumentedValue<S>{"table or list of tables"}}};
+  std::vector<Key<S>> keys{
+      {{.name = "at",
+        .unit = "s",
+        .help = "when it happens. Before 0 or at the end and later: a warning; the former happens "
+                "before the first step, the latter never",
+        .needed = "the time of the event in s."},
+       &S::at},
+      {{.name = "set",
+        .help = "`{ \"KEY\" = VALUE, … }` with any key of `[material]`, `[[material_region]]`, "
+                "`[time]`, `[solver]`, `[damping]`, `[environment]`, `[[fix]]`, "
+                "`[[constraint]]` and the loads, written as with `--set`: `\"time.step\" = 1e-3`, "
+                "`\"force.0.vector\" = [0, 1, 0]`, `\"constraint.0.velocity\" = [0, 0, 0]`"},
+       DocumentedValue<S>{"table"}},
+      {{.name = "unset",
+        .help = "`[\"KEY\", …]`, keys that are taken out again before `set` is read: "
+                "`\"material.ratio\"`, `\"fix.0.target\"`"},
+       DocumentedValue<S>{"list of texts"}},
+      {{.name = "unfix",
+        .help = "`{ select = … }` releases vertices from every `[[fix]]`, or with `fix = n` only "
+                "from the one with that number"},
+       DocumentedValue<S>{"table"}},
+      {{.name = "remove_constraint",
+        .help = "takes the `[[constraint]]` with that number away; the others keep theirs"},
+       DocumentedValue<S>{"whole number"}},
+      {{.name = "fix",
+        .help = "fixes vertices, with the keys of `[[fix]]`; by default where they are then"},
+       DocumentedValue<S>{"table or list of tables"}},
+      {{.name = "constraint", .help = "adds a constraint, with the keys of `[[constraint]]`"},
+       DocumentedValue<S>{"table or list of tables"}}};
   // A KeyInfo refers to its texts.
   static const std::vector<std::string> helps = [] {
     std::vector<std::string> texts;
@@ -267,7 +268,9 @@ SceneSection event_section() {
     keys.push_back({{.name = name_of(kind), .help = helps[static_cast<std::size_t>(kind)].c_str()},
                     DocumentedValue<S>{"table or list of tables"}});
   }
-  keys.insert(keys.end(), {{{.name = "momentum",
+  keys.insert(
+      keys.end(),
+      {{{.name = "momentum",
          .help = "`{ select = …, value = [px, py, pz] }` sets the momentum of every selected "
                  "vertex, in kg m/s"},
         DocumentedValue<S>{"table or list of tables"}},
