@@ -13,14 +13,43 @@
 #include <Eigen/LU>
 #include <cmath>
 
-#include "laws/laws-inl.h"
+#include "material/laws/laws-inl.h"
 #include "strain_invariants.h"
 
 namespace tetraction {
 namespace isotropic {
 
 using HWY_NAMESPACE::Law;  // compiled for the instruction set that every processor has
+using HWY_NAMESPACE::PrincipalTangent;
+using HWY_NAMESPACE::Stretches;
 using HWY_NAMESPACE::TermsOf;
+using HWY_NAMESPACE::Volumetric;
+
+/// The principal stretches of F.
+inline Stretches<double> stretches_of(const Matrix3& f) {
+  const Matrix3 a = 2.0 * green_strain(f);
+  const double entries[6] = {a(0, 0), a(0, 1), a(0, 2), a(1, 1), a(1, 2), a(2, 2)};
+  return Stretches<double>(entries);
+}
+/// The derivatives of U/κ.
+inline Volumetric<double> volumetric_of(double volume_change) {
+  Invariants<double> s{};
+  s.volume_change = volume_change;
+  s.j = 1.0 + volume_change;
+  return {VolumetricPart::kQuadratic, s};
+}
+/// Σ sᵢ nᵢ ⊗ nᵢ.
+template <class L, class P>
+Matrix3 isochoric_stress(const P& material, const Stretches<double>& stretches) {
+  double s[3];
+  stretches.stress<L>(material, s);
+  Matrix3 sum = Matrix3::Zero();
+  for (int i = 0; i < 3; ++i) {
+    const Eigen::Map<const Vector3> n(stretches.axes[i]);
+    sum += s[i] * n * n.transpose();
+  }
+  return sum;
+}
 
 // The invariants for derivatives. The plain formulas suffice, because stress and stiffness need no
 // more digits than F has.
@@ -70,6 +99,10 @@ double IsotropicMaterial<M>::energy_density(const Matrix3& f) const {
   const auto& material = static_cast<const M&>(*this).parameters();
   if constexpr (M::kDefinedForAnyJacobian) {
     return isotropic::Law<M>::energy(material, isotropic::strain_measures(2.0 * green_strain(f)));
+  } else if constexpr (M::kPrincipalStretches) {
+    const double volumetric = isotropic::volumetric_of(StrainInvariants(f).volume_change).energy;
+    return isotropic::stretches_of(f).template energy<isotropic::Law<M>>(material) +
+           material.kappa * volumetric;
   } else {
     const StrainInvariants strain(f);
     Invariants<double> s{};
@@ -92,6 +125,11 @@ Matrix3 IsotropicMaterial<M>::first_piola(const Matrix3& f) const {
     Matrix3 stress = -2.0 * isotropic::Law<M>::first_derivatives(material, s).i2 * a;
     stress.diagonal().array() += 2.0 * isotropic::Law<M>::spherical(material, s);
     return f * stress;
+  } else if constexpr (M::kPrincipalStretches) {
+    const double slope = isotropic::volumetric_of(f.determinant() - 1.0).first_derivative;
+    return f * isotropic::isochoric_stress<isotropic::Law<M>>(material,
+                                                              isotropic::stretches_of(f)) +
+           material.kappa * slope * f.inverse().transpose();
   } else {
     const Matrix3 g = f.inverse().transpose();
     const Matrix3 c = f.transpose() * f;
@@ -144,6 +182,27 @@ Matrix9 IsotropicMaterial<M>::stiffness(const Matrix3& f) const {
     stress.diagonal().array() += 2.0 * L::spherical(material, s);
     result.setZero();
     add_second_invariant(i2, stress, 4.0 * (i2 + L::second_derivatives(material, s).i1_i1));
+  } else if constexpr (M::kPrincipalStretches) {
+    // The principal terms of src/fem/kernels/tangent_kernels.h with unit vectors in place of the γ.
+    const Matrix3 g = f.inverse().transpose();
+    const auto volumetric = isotropic::volumetric_of(f.determinant() - 1.0);
+    const auto stretches = isotropic::stretches_of(f);
+    const Matrix3 stress = isotropic::isochoric_stress<L>(material, stretches);
+    const auto tangent = isotropic::PrincipalTangent<double>::of<L>(material, stretches);
+    Matrix3 axes;  // nᵢ
+    for (int i = 0; i < 3; ++i) axes.col(i) = Eigen::Map<const Vector3>(stretches.axes[i]);
+    const Matrix3 y = f * axes;
+    for_blocks([&](int j, int l, auto block) {
+      block = material.kappa * (volumetric.second_derivative * g.col(j) * g.col(l).transpose() -
+                                volumetric.first_derivative * g.col(l) * g.col(j).transpose());
+      block.diagonal().array() += stress(j, l);
+      const Vector3 at_j = axes.row(j).transpose();
+      const Vector3 at_l = axes.row(l).transpose();
+      double factors[3][3];
+      tangent.factors(at_j.data(), at_l.data(), factors);
+      block += y * Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(&factors[0][0]) *
+               y.transpose();
+    });
   } else {
     const Matrix3 g = f.inverse().transpose();
     const Matrix3 c = f.transpose() * f;

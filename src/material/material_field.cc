@@ -16,6 +16,8 @@ bool is_same_law(const M& a, const IsotropicModel& b) {
   const M* other = std::get_if<M>(&b);
   if constexpr (M::kHasVolumetricPart) {
     return other != nullptr && other->volumetric() == a.volumetric();
+  } else if constexpr (requires { a.term_count(); }) {
+    return other != nullptr && other->term_count() == a.term_count();
   } else {
     return other != nullptr;
   }
@@ -56,7 +58,7 @@ MaterialField::MaterialField(const std::vector<IsotropicModel>& elements)
         return std::visit(
             [&]<class M>(const M& first) {
               const Index count = static_cast<Index>(elements.size());
-              auto parameters = std::make_shared<Matrix>(M::kParameters.size(), count);
+              auto parameters = std::make_shared<Matrix>(number_count<M>(), count);
               for (Index e = 0; e < count; ++e) {
                 const IsotropicModel& element = elements[static_cast<std::size_t>(e)];
                 if (!is_same_law(first, element)) {

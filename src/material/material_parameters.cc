@@ -22,6 +22,16 @@ void check_lame(const char* material, double mu, double lambda) {
   }
 }
 
+const char* to_string(VolumetricPart part) {
+  return part == VolumetricPart::kLogarithmic ? "log" : "quadratic";
+}
+
+std::vector<MaterialModel> materials_like(const LameParameters& lame) {
+  std::vector<MaterialModel> models;
+  for_each_model([&]<class M>() { models.push_back(M::like(lame)); });
+  return models;
+}
+
 std::string material_name(const MaterialModel& material) {
   return std::visit(
       [](const auto& m) -> std::string {
@@ -53,16 +63,6 @@ LameParameters lame_from_young(double youngs_modulus, double poissons_ratio) {
   const double nu = poissons_ratio;
   return {youngs_modulus / (2.0 * (1.0 + nu)),
           youngs_modulus * nu / ((1.0 + nu) * (1.0 - 2.0 * nu))};
-}
-
-MooneyRivlin MooneyRivlin::from_young(const LameParameters& lame, double ratio,
-                                      VolumetricPart volumetric) {
-  if (!std::isfinite(ratio) || !(ratio >= 0.0)) {
-    throw InputError(fmt::format("ratio = mu2/mu1 = {} must be zero or positive.", ratio));
-  }
-  const double mu1 = lame.mu / (1.0 + ratio);
-  const double mu2 = lame.mu - mu1;
-  return {mu1, mu2, lame.lambda - 2.0 * mu2, volumetric};
 }
 
 MooneyRivlin mooney_rivlin_from_young(double youngs_modulus, double poissons_ratio, double ratio) {

@@ -40,7 +40,8 @@ std::optional<Settings> merged(const Settings& wanted, const Settings& present,
                                const std::set<std::string>& names) {
   Settings result = present;
   for (const std::string& name : names) {
-    const SceneKey* key = section_of<Settings>().find(name);
+    // The entry of a list, such as "mu.0", is copied with the list.
+    const SceneKey* key = section_of<Settings>().find(name.substr(0, name.find('.')));
     if (key == nullptr || !key->value->copy(&wanted, &result)) return std::nullopt;
   }
   return result;

@@ -47,7 +47,7 @@ TEST_F(SceneReader, ReadsEveryKey) {
   EXPECT_EQ(scene.material.youngs_modulus, 1e6);
   EXPECT_EQ(scene.material.poissons_ratio, 0.4);
   EXPECT_EQ(scene.material.ratio, 0.25);
-  EXPECT_FALSE(scene.material.mu);
+  EXPECT_FALSE(number_of(scene.material, "mu"));
   EXPECT_EQ(scene.material.density, 1200.0);
   EXPECT_EQ(scene.time.integrator, Integrator::kVerlet);
   EXPECT_TRUE(scene.time.automatic);

@@ -189,9 +189,9 @@ TEST_F(SceneWriter, EveryKeyReadsBackEqual) {
     if (kind == GeneratorKind::kCube) other.mesh.volume = VolumeRule::kNodal;
     other.material = {};
     other.material.model = "mooney-rivlin";
-    other.material.mu1 = 1e5;
-    other.material.mu2 = 0.0;
-    other.material.lambda = 1e6;
+    other.material.numbers["mu1"] = 1e5;
+    other.material.numbers["mu2"] = 0.0;
+    other.material.numbers["lambda"] = 1e6;
     other.time = {};
     other.time.integrator = Integrator::kVerlet;
     other.time.automatic = true;
@@ -204,13 +204,13 @@ TEST_F(SceneWriter, EveryKeyReadsBackEqual) {
 std::vector<Edit> every_edit(const Scene& scene) {
   MaterialSettings moduli;
   moduli.model = "stvk";
-  moduli.mu = 3e4;
-  moduli.lambda = 1e5 / 3.0;
+  moduli.numbers["mu"] = 3e4;
+  moduli.numbers["lambda"] = 1e5 / 3.0;
   MaterialSettings in_region = moduli;
   in_region.density = 1234.5;
   MaterialSettings rubber = scene.material;
   rubber.model = "mooney-rivlin";
-  rubber.ratio = 0.25;
+  rubber.numbers["ratio"] = 0.25;
   FixSettings fix = scene.fix[0];
   fix.select = SelectAll{};
   fix.velocity.setZero();

@@ -81,17 +81,12 @@ struct Bases {
 void add_materials(Bases& bases) {
   for (const MaterialChoice& choice : material_choices()) {
     for (const bool by_young : {false, true}) {
-      std::vector<MaterialParameter> given = choice.parameters;
-      if (by_young) {
-        given = choice.beside_young;
-        given.push_back(kYoungsModulus);
-        given.push_back(kPoissonsRatio);
-      }
       MaterialSettings material;
       material.model = choice.name;
-      for (const MaterialParameter& parameter : given) {
-        for (const MaterialKey& key : material_keys()) {
-          if (std::string(key.parameter.name) == parameter.name) material.*key.value = 0.25;
+      for (const MaterialParameter& parameter : by_young ? choice.instead : choice.parameters) {
+        if (parameter.most_entries == 0) set_number(material, parameter.name, 0.25);
+        for (int i = 0; i < parameter.most_entries; ++i) {
+          set_number(material, entry_of(parameter, i).name, 0.25);
         }
       }
       bases.add(
@@ -265,9 +260,25 @@ Json other_value(const SceneKey& key, const void* settings) {
       {"list of texts", {"pressure", "displacement"}},
       {"number or array", key.info.range.contains(0.375) ? 0.375 : 2.5},
       {"three numbers or a table", vector}};
+  const double number = key.info.range.contains(0.375) ? 0.375 : 2.5;
+  if (key.value->type().find("numbers or arrays") != std::string::npos) {
+    if (!present.is_array()) return number;
+    Json list = present;
+    list[0] = number;
+    return list;
+  }
   if (present.is_boolean()) return !present.get<bool>();
   if (present.is_number_integer()) return present.get<int>() + 7;
   return by_type.at(key.value->type());
+}
+
+// The parameter of a material of that name, but for the density. Null if the key is none.
+const MaterialParameter* named_parameter(const SceneKey& key, const SceneSection& section) {
+  if (section.type != typeid(MaterialSettings)) return nullptr;
+  for (const MaterialParameter& parameter : material_parameters()) {
+    if (std::string(parameter.name) == key.info.name) return &parameter;
+  }
+  return nullptr;
 }
 
 // Puts a number into a key that takes numbers; false for other keys.
@@ -278,7 +289,11 @@ bool put_number(const SceneKey& key, const SceneSection& section, void* settings
       key.value->json(section.defaults.get()).is_null() && !key.info.range.infinity;
   const std::string type = key.value->type();
   const Vector3 vector(0.5, value, 0.5);
-  if (type == "whole number") {
+  if (const MaterialParameter* parameter = named_parameter(key, section)) {
+    const bool is_list = key.value->json(settings).is_array();
+    auto& material = *static_cast<MaterialSettings*>(settings);
+    set_number(material, is_list ? entry_of(*parameter, 0).name : parameter->name, value);
+  } else if (type == "whole number") {
     *static_cast<int*>(member) = static_cast<int>(value);
   } else if (type == "number" || type == "number or array") {
     if (is_optional) {

@@ -165,10 +165,17 @@ class RandomEdits {
     material.model = random_.of(choices).name;
     material.youngs_modulus = young;
     material.poissons_ratio = random_.between(0.0, 0.45);
-    if (material.model == "mooney-rivlin") material.ratio = random_.between(0.1, 0.9);
+    if (material.model == "mooney-rivlin") material.numbers["ratio"] = random_.between(0.1, 0.9);
     if (material.model == "yeoh") {
-      material.c20 = 0.01 * young;
-      material.c30 = 0.001 * young;
+      material.numbers["c20"] = 0.01 * young;
+      material.numbers["c30"] = 0.001 * young;
+    }
+    const MaterialChoice& choice = *find_material(material.model);
+    const auto is_missing = [&](const MaterialParameter& p) {
+      return !number_of(material, p.name).has_value();
+    };
+    if (std::any_of(choice.instead.begin(), choice.instead.end(), is_missing)) {
+      choice.set_like(material, lame_from_young(young, *material.poissons_ratio));
     }
     return {random_.below(2), material};
   }

@@ -2,6 +2,7 @@
 #include "fem/discrete_gradient.h"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 
 #include "support/bodies.h"
@@ -21,17 +22,24 @@ struct Case {
 };
 
 std::vector<Case> cases() {
-  return {{"stvk", StVenantKirchhoff(kLame.mu, kLame.lambda)},
-          {"neo_hookean", NeoHookean(kLame.mu, kLame.lambda)},
-          {"neo_hookean_quadratic", NeoHookean(kLame.mu, kLame.lambda, VolumetricPart::kQuadratic)},
-          {"mooney_rivlin", mooney_rivlin_from_young(1e6, 0.4, 0.5)},
-          {"yeoh", Yeoh(2e5, 3e4, 5e3, 1e6)},
-          {"custom_neo_hookean", CustomMaterial(NeoHookean(kLame.mu, kLame.lambda))},
-          {"custom_stvk", CustomMaterial(StVenantKirchhoff(kLame.mu, kLame.lambda))},
-          {"fibres", CustomMaterial(FibreRubber(kLame, 1e5, 0.5, {1.0, 1.0, 0.0}))},
-          {"winding_fibres", CustomMaterial(WindingFibres(kLame))},
-          {"winding_fibres_in_batches",
-           CustomMaterial(InBatches<WindingFibres>(WindingFibres(kLame)))}};
+  std::vector<Case> all{
+      {"stvk", StVenantKirchhoff(kLame.mu, kLame.lambda)},
+      {"neo_hookean", NeoHookean(kLame.mu, kLame.lambda)},
+      {"neo_hookean_quadratic", NeoHookean(kLame.mu, kLame.lambda, VolumetricPart::kQuadratic)},
+      {"mooney_rivlin", mooney_rivlin_from_young(1e6, 0.4, 0.5)},
+      {"yeoh", Yeoh(2e5, 3e4, 5e3, 1e6)},
+      {"custom_neo_hookean", CustomMaterial(NeoHookean(kLame.mu, kLame.lambda))},
+      {"custom_stvk", CustomMaterial(StVenantKirchhoff(kLame.mu, kLame.lambda))},
+      {"fibres", CustomMaterial(FibreRubber(kLame, 1e5, 0.5, {1.0, 1.0, 0.0}))},
+      {"winding_fibres", CustomMaterial(WindingFibres(kLame))},
+      {"winding_fibres_in_batches",
+       CustomMaterial(InBatches<WindingFibres>(WindingFibres(kLame)))}};
+  for (const MaterialModel& model : materials_like(kLame)) {
+    std::string name = "like_" + material_name(model);
+    std::replace(name.begin(), name.end(), '-', '_');
+    all.push_back({name, model});
+  }
+  return all;
 }
 
 // A step of a block from one deformed and turned shape to another one.
@@ -147,9 +155,17 @@ TEST(DiscreteGradient, OfTheKernelsIsThatOfTheScalarLoop) {
   const Yeoh yeoh(2e5, 3e4, 5e3, 1e6);
   for (const std::int64_t set : instruction_sets()) {
     const UseInstructionSet use(set);
+    std::vector<Pair> pairs;
+    for_each_model([&]<class M>() {
+      const M material = M::like(kLame);
+      pairs.push_back({material, CustomMaterial(material)});
+    });
     for (const Pair& pair :
          {Pair{stvk, CustomMaterial(stvk)}, Pair{neo, CustomMaterial(neo)},
           Pair{mooney, CustomMaterial(mooney)}, Pair{yeoh, CustomMaterial(yeoh)}}) {
+      pairs.push_back(pair);
+    }
+    for (const Pair& pair : pairs) {
       for (const double size : {1.0, 0.1, 1e-4}) {
         BlockStep kernel(pair.kernel, size, 0.4);
         BlockStep scalar(pair.scalar, size, 0.4);

@@ -146,10 +146,10 @@ TEST(InstabilityWarning, LooksAtTheLambdaOfTheFormula) {
 Scene rubber_scene(double c20) {
   Scene scene;
   scene.material.model = "yeoh";
-  scene.material.c10 = 1e5;
-  scene.material.c20 = c20;
-  scene.material.c30 = 0.0;
-  scene.material.kappa = 1e6;
+  scene.material.numbers["c10"] = 1e5;
+  scene.material.numbers["c20"] = c20;
+  scene.material.numbers["c30"] = 0.0;
+  scene.material.numbers["kappa"] = 1e6;
   scene.time = {Integrator::kVerlet, 1e-4, false, 1.0};
   return scene;
 }

@@ -103,8 +103,8 @@ TEST(MakeMaterial, TakesYoungAndPoisson) {
 TEST(MakeMaterial, TakesLameParameters) {
   for (const char* model : {"stvk", "neo-hookean"}) {
     MaterialSettings settings = settings_of(model);
-    settings.mu = 3.0;
-    settings.lambda = 4.0;
+    settings.numbers["mu"] = 3.0;
+    settings.numbers["lambda"] = 4.0;
     const MaterialModel material = make_material(settings);
     EXPECT_EQ(material_name(material), model);
     EXPECT_EQ(initial_lame(material).mu, 3.0);
@@ -114,16 +114,16 @@ TEST(MakeMaterial, TakesLameParameters) {
 
 TEST(MakeMaterial, TakesMooneyRivlinEitherWay) {
   MaterialSettings moduli = settings_of("mooney-rivlin");
-  moduli.mu1 = 0.75;
-  moduli.mu2 = 0.25;
-  moduli.lambda = 1.0;
+  moduli.numbers["mu1"] = 0.75;
+  moduli.numbers["mu2"] = 0.25;
+  moduli.numbers["lambda"] = 1.0;
   EXPECT_EQ(material_name(make_material(moduli)), "mooney-rivlin");
   EXPECT_EQ(initial_lame(make_material(moduli)).lambda, 1.5);
 
   MaterialSettings young = settings_of("mooney-rivlin");
   young.youngs_modulus = 2.6;
   young.poissons_ratio = 0.3;
-  young.ratio = 1.0 / 3.0;
+  young.numbers["ratio"] = 1.0 / 3.0;
   const Matrix3 f = Vector3(1.5, 0.8, 1.0).asDiagonal();
   const auto energy = [&f](const MaterialSettings& settings) {
     return std::get<MooneyRivlin>(make_material(settings)).energy_density(f);
@@ -137,15 +137,15 @@ TEST(MakeMaterial, SaysWhichParameterIsMissing) {
   EXPECT_TRUE(mentions(refusal(settings), "material.poissons_ratio is missing"))
       << refusal(settings);
   settings.youngs_modulus.reset();
-  settings.mu = 1e6;
+  settings.numbers["mu"] = 1e6;
   EXPECT_TRUE(mentions(refusal(settings), "material.lambda is missing")) << refusal(settings);
   settings = settings_of("mooney-rivlin");
   settings.youngs_modulus = 1e6;
   settings.poissons_ratio = 0.3;
   EXPECT_TRUE(mentions(refusal(settings), "material.ratio is missing")) << refusal(settings);
   settings = settings_of("mooney-rivlin");
-  settings.mu1 = 1.0;
-  settings.lambda = 1.0;
+  settings.numbers["mu1"] = 1.0;
+  settings.numbers["lambda"] = 1.0;
   EXPECT_TRUE(mentions(refusal(settings), "material.mu2 is missing")) << refusal(settings);
   EXPECT_TRUE(mentions(refusal(settings_of("stvk")), "is missing"));
 }
@@ -154,23 +154,23 @@ TEST(MakeMaterial, RefusesMixtures) {
   MaterialSettings settings = settings_of("stvk");
   settings.youngs_modulus = 1e6;
   settings.poissons_ratio = 0.3;
-  settings.mu = 1e5;
+  settings.numbers["mu"] = 1e5;
   EXPECT_TRUE(mentions(refusal(settings), "material.mu cannot be combined")) << refusal(settings);
   settings = settings_of("stvk");
-  settings.mu = 1e6;
-  settings.lambda = 1e6;
-  settings.ratio = 1.0;
+  settings.numbers["mu"] = 1e6;
+  settings.numbers["lambda"] = 1e6;
+  settings.numbers["ratio"] = 1.0;
   EXPECT_TRUE(mentions(refusal(settings), "material.ratio cannot be combined"))
       << refusal(settings);
   settings = settings_of("mooney-rivlin");
-  settings.mu = 1e6;
-  settings.lambda = 1e6;
+  settings.numbers["mu"] = 1e6;
+  settings.numbers["lambda"] = 1e6;
   EXPECT_TRUE(mentions(refusal(settings), "material.mu cannot be combined")) << refusal(settings);
 }
 
 TEST(MakeMaterial, ACustomOneIsTakenWhateverElseIsSet) {
   MaterialSettings settings = settings_of("steel");
-  settings.ratio = -1.0;
+  settings.numbers["ratio"] = -1.0;
   settings.custom = CustomMaterial(NeoHookean(3.0, 4.0), "mine", {3.0, 4.0});
   EXPECT_EQ(material_name(make_material(settings)), "mine");
   settings.custom = StVenantKirchhoff(5.0, 6.0);  // any model will do
@@ -181,10 +181,10 @@ TEST(MakeMaterial, ACustomOneIsTakenWhateverElseIsSet) {
 
 TEST(MakeMaterial, ChecksTheValues) {
   MaterialSettings settings = settings_of("neo-hookean");
-  settings.mu = 1.0;
-  settings.lambda = -0.7;
+  settings.numbers["mu"] = 1.0;
+  settings.numbers["lambda"] = -0.7;
   EXPECT_TRUE(mentions(refusal(settings), "lambda")) << refusal(settings);
-  settings.lambda = -0.6;
+  settings.numbers["lambda"] = -0.6;
   EXPECT_EQ(refusal(settings), "accepted");
   EXPECT_TRUE(mentions(refusal(settings_of("steel")), "\"steel\""));
 }

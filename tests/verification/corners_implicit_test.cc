@@ -228,7 +228,7 @@ TEST_P(FlatElements, CarryTheirWeight) {
     scene.material.youngs_modulus = 2e11;
     scene.material.poissons_ratio = 0.3;
     scene.material.density = 7800.0;
-    if (GetParam() == "mooney-rivlin") scene.material.ratio = 0.5;
+    if (GetParam() == "mooney-rivlin") scene.material.numbers["ratio"] = 0.5;
     scene.environment.kind = EnvironmentKind::kGravity;
     scene.time = {Integrator::kBackwardEuler, 1.0, false, 10.0};
     Session session(scene, mesh_of(scene));
@@ -253,7 +253,7 @@ TEST(LargeSteps, MooneyRivlinComesToRestWithAnyStep) {
   for (const double step : {10.0, 1e4, 1e6}) {
     Scene scene = clamped_beam({4, 1, 1}, {8, 2, 2});
     scene.material.model = "mooney-rivlin";
-    scene.material.ratio = 0.3;
+    scene.material.numbers["ratio"] = 0.3;
     scene.environment.kind = EnvironmentKind::kGravity;
     scene.time = {Integrator::kBackwardEuler, step, false, 10.0 * step};
     Session session(scene, mesh_of(scene));

@@ -1,5 +1,6 @@
 // What the energy-momentum rule promises: energy and both momenta with any step, and a balance that
 // closes with everything that acts on the body.
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <string>
@@ -25,24 +26,34 @@ struct NamedMaterial {
 };
 
 std::vector<NamedMaterial> materials() {
-  return {{"stvk", [](MaterialSettings& m) { m.model = "stvk"; }},
-          {"neo_hookean", [](MaterialSettings& m) { m.model = "neo-hookean"; }},
-          {"quadratic", [](MaterialSettings& m) { m.volumetric = VolumetricPart::kQuadratic; }},
-          {"mooney_rivlin",
-           [](MaterialSettings& m) {
-             m.model = "mooney-rivlin";
-             m.ratio = 0.5;
-           }},
-          {"yeoh",
-           [](MaterialSettings& m) {
-             m.model = "yeoh";
-             m.c20 = 1e3;
-             m.c30 = 1e3;
-           }},
-          {"custom", [](MaterialSettings& m) {
-             const LameParameters lame = lame_from_young(1e5, 0.3);
-             m.custom = CustomMaterial(NeoHookean(lame.mu, lame.lambda));
-           }}};
+  std::vector<NamedMaterial> all{
+      {"stvk", [](MaterialSettings& m) { m.model = "stvk"; }},
+      {"neo_hookean", [](MaterialSettings& m) { m.model = "neo-hookean"; }},
+      {"quadratic", [](MaterialSettings& m) { m.volumetric = VolumetricPart::kQuadratic; }},
+      {"mooney_rivlin",
+       [](MaterialSettings& m) {
+         m.model = "mooney-rivlin";
+         m.numbers["ratio"] = 0.5;
+       }},
+      {"yeoh",
+       [](MaterialSettings& m) {
+         m.model = "yeoh";
+         m.numbers["c20"] = 1e3;
+         m.numbers["c30"] = 1e3;
+       }},
+      {"custom", [](MaterialSettings& m) {
+         const LameParameters lame = lame_from_young(1e5, 0.3);
+         m.custom = CustomMaterial(NeoHookean(lame.mu, lame.lambda));
+       }}};
+  for (const MaterialChoice& choice : material_choices()) {
+    std::string name = std::string("like_") + choice.name;
+    std::replace(name.begin(), name.end(), '-', '_');
+    all.push_back({name, [&choice](MaterialSettings& m) {
+                     m.model = choice.name;
+                     choice.set_like(m, lame_from_young(1e5, 0.3));
+                   }});
+  }
+  return all;
 }
 
 class EnergyMomentumOf : public testing::TestWithParam<NamedMaterial> {};

@@ -80,10 +80,10 @@ class FieldsAndRegions : public testing::TestWithParam<std::tuple<const char*, I
     const auto& [model, way] = GetParam();
     scene.material.model = model;
     scene.material.poissons_ratio = 0.3;
-    if (scene.material.model == "mooney-rivlin") scene.material.ratio = 0.3;
+    if (scene.material.model == "mooney-rivlin") scene.material.numbers["ratio"] = 0.3;
     if (scene.material.model == "yeoh") {
-      scene.material.c20 = -500.0;
-      scene.material.c30 = 300.0;
+      scene.material.numbers["c20"] = -500.0;
+      scene.material.numbers["c30"] = 300.0;
     }
     scene.initial.stretch = {1.15, 0.95, 1.0};
     scene.initial.angular_velocity = {0.5, 1.0, 2.0};

@@ -41,7 +41,7 @@ std::vector<NamedEdit> every_kind(const Scene& scene) {
   rubber.model = "mooney-rivlin";
   rubber.youngs_modulus = 6e4;
   rubber.poissons_ratio = 0.35;
-  rubber.ratio = 0.3;
+  rubber.numbers["ratio"] = 0.3;
   TimeSettings time = scene.time;
   time.integrator =
       is_implicit(scene.time.integrator) ? Integrator::kVerlet : Integrator::kMidpoint;
@@ -492,15 +492,15 @@ set = { "solver.tolerance" = 1e-9, "time.integrator" = "midpoint" }
 TEST(Recording, AnEventForAnotherModelBringsItsWholeMaterial) {
   Scene scene = rich_scene(Integrator::kVerlet);
   MaterialSettings stiffer;
-  stiffer.mu = 5e5;
-  stiffer.lambda = 4e5;
+  stiffer.numbers["mu"] = 5e5;
+  stiffer.numbers["lambda"] = 4e5;
   EventSettings event;
   event.at = 0.002;
   event.edits = {SetMaterial{0, stiffer}};
   event.echo = R"({"at": 0.002, "set": {"material.mu": 5e5}})";
   scene.event = {event};
   scene.material = stiffer;
-  scene.material.mu = 1e5;
+  scene.material.numbers["mu"] = 1e5;
   const auto simulation = simulation_of(scene);
   MaterialSettings by_hand;
   by_hand.youngs_modulus = 3e5;

@@ -4,6 +4,7 @@
 
 #include <string>
 #include <variant>
+#include <vector>
 
 #include "tetraction/material/custom_material.h"
 #include "tetraction/material/material_concept.h"
@@ -14,15 +15,32 @@
 
 namespace tetraction {
 
-/// The materials that the fast element loops can process. A new one must be added here, in
-/// src/material/laws/laws-inl.h and in src/material/isotropic_material.cc. If one of these is
-/// missing, the library does not compile or link.
+/// The materials of the program. Names, scene keys, the fields of the window, tables and tests follow from
+/// this list. The formulas of each are in a file of src/material/laws.
 using IsotropicModel = std::variant<StVenantKirchhoff, NeoHookean, MooneyRivlin, Yeoh>;
 
+/// The types of a variant and one more.
+template <class Variant, class More>
+struct Extended;
+template <class... M, class More>
+struct Extended<std::variant<M...>, More> {
+  using Type = std::variant<M..., More>;
+};
 /// A material that is chosen at run time. The element loops visit the variant once, outside the
 /// loop.
-using MaterialModel =
-    std::variant<StVenantKirchhoff, NeoHookean, MooneyRivlin, Yeoh, CustomMaterial>;
+using MaterialModel = Extended<IsotropicModel, CustomMaterial>::Type;
+
+/// Calls body.operator()<M>() for every type M of IsotropicModel.
+template <class Body>
+void for_each_model(const Body& body) {
+  const auto visit = [&]<class... M>(const std::variant<M...>*) {
+    (body.template operator()<M>(), ...);
+  };
+  visit(static_cast<const IsotropicModel*>(nullptr));
+}
+
+/// A material of every model, with usual parameters and these small-strain parameters.
+std::vector<MaterialModel> materials_like(const LameParameters& lame);
 
 /// The name of the model in scenes, such as "neo-hookean", or the name of a custom material.
 std::string material_name(const MaterialModel& material);

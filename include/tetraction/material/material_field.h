@@ -30,7 +30,7 @@ class MaterialField {
       : MaterialField(MaterialModel(std::move(material)), nullptr) {}
 
   /// Element e of the mesh has the material elements[e]. Throws InputError if there are none, or if
-  /// not all have the same law and volumetric part.
+  /// not all have the same law, volumetric part and number of terms.
   explicit MaterialField(const std::vector<IsotropicModel>& elements);
 
   /// Whether the parameters vary.
@@ -39,7 +39,7 @@ class MaterialField {
   const MaterialModel& model() const { return model_; }
   /// The material of element e.
   MaterialModel at(Index e) const;
-  /// The parameters in the order of the material's kParameters, one column for each element. Call
+  /// The parameters in the order of the material's parameter_values(), one column for each element. Call
   /// it only if they vary.
   const Matrix& parameters() const { return *parameters_; }
   const LameRange& lame_range() const { return range_; }
@@ -53,17 +53,19 @@ class MaterialField {
     return body(m);
   }
 
-  /// The material m with other parameters, given in the order of kParameters.
+  /// The material m with other parameters, given in the order of parameter_values().
   template <class M>
   static M with_parameters(const M& m, const double* values) {
     return [&]<std::size_t... i>(std::index_sequence<i...>) {
-      if constexpr (M::kHasVolumetricPart) {
+      if constexpr (requires { m.with_values(values); }) {
+        return m.with_values(values);
+      } else if constexpr (M::kHasVolumetricPart) {
         return M(values[i]..., m.volumetric());
       } else {
         return M(values[i]...);
       }
     }
-    (std::make_index_sequence<M::kParameters.size()>());
+    (std::make_index_sequence<number_count<M>()>());
   }
 
  private:

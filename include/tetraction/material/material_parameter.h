@@ -16,6 +16,7 @@ struct MaterialParameter {
   NumberRange
       range;  ///< range of this parameter; the material itself checks relations between several
   const char* help;
+  int most_entries = 0;  ///< of a list of numbers; 0: the parameter is one number
 };
 
 /// The density of the undeformed body, which a scene gives beside the parameters.

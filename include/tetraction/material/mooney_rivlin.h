@@ -43,7 +43,13 @@ class MooneyRivlin : public IsotropicMaterial<MooneyRivlin> {
   /// μ₁, and its λ is λ(E, ν) − 2μ₂. Throws InputError for a ratio out of range.
   static MooneyRivlin from_young(const LameParameters& lame, double ratio,
                                  VolumetricPart volumetric = VolumetricPart::kLogarithmic);
+  static MooneyRivlin like(const LameParameters& lame);
   LameParameters initial_lame() const { return {mu1() + mu2(), lambda() + 2.0 * mu2()}; }
+  VolumetricLaw volumetric_law() const {
+    return {lambda(), volumetric() == VolumetricPart::kLogarithmic};
+  }
+  MooneyRivlin without_volumetric_part() const { return {mu1(), mu2(), 0.0, volumetric()}; }
+  std::string instability() const;
   double mu1() const { return parameters_.mu1; }        ///< Pa
   double mu2() const { return parameters_.mu2; }        ///< Pa
   double lambda() const { return parameters_.lambda; }  ///< Pa

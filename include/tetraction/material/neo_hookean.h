@@ -35,7 +35,13 @@ class NeoHookean : public IsotropicMaterial<NeoHookean> {
   static NeoHookean from_young(const LameParameters& lame, VolumetricPart volumetric) {
     return {lame.mu, lame.lambda, volumetric};
   }
+  static NeoHookean like(const LameParameters& lame) { return {lame.mu, lame.lambda}; }
   LameParameters initial_lame() const { return {mu(), lambda()}; }
+  VolumetricLaw volumetric_law() const {
+    return {lambda(), volumetric() == VolumetricPart::kLogarithmic};
+  }
+  NeoHookean without_volumetric_part() const { return {mu(), 0.0, volumetric()}; }
+  std::string instability() const;
   double mu() const { return parameters_.mu; }          ///< Pa
   double lambda() const { return parameters_.lambda; }  ///< Pa
   VolumetricPart volumetric() const { return parameters_.volumetric; }

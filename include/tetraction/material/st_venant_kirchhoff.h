@@ -33,7 +33,9 @@ class StVenantKirchhoff : public IsotropicMaterial<StVenantKirchhoff> {
   StVenantKirchhoff(double mu, double lambda);
   /// Makes a material with these small-strain parameters.
   static StVenantKirchhoff from_young(const LameParameters& lame) { return {lame.mu, lame.lambda}; }
+  static StVenantKirchhoff like(const LameParameters& lame) { return {lame.mu, lame.lambda}; }
   LameParameters initial_lame() const { return {mu(), lambda()}; }
+  std::string instability() const { return {}; }        ///< none: Ψ ≥ 0 for every E
   double mu() const { return parameters_.mu; }          ///< Pa
   double lambda() const { return parameters_.lambda; }  ///< Pa
   const Parameters<double>& parameters() const { return parameters_; }

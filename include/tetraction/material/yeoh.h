@@ -42,7 +42,15 @@ class Yeoh : public IsotropicMaterial<Yeoh> {
   Yeoh(double c10, double c20, double c30, double kappa);
   /// Makes a material with these small-strain parameters.
   static Yeoh from_young(const LameParameters& lame, double c20, double c30);
+  static Yeoh like(const LameParameters& lame) {
+    return from_young(lame, -0.1 * lame.mu, 0.05 * lame.mu);
+  }
   LameParameters initial_lame() const { return {2.0 * c10(), kappa() - 4.0 / 3.0 * c10()}; }
+  VolumetricLaw volumetric_law() const { return {kappa(), false}; }
+  Yeoh without_volumetric_part() const { return {c10(), c20(), c30(), 0.0}; }
+  /// Ψ falls where ∂Ψ/∂Ī₁ ≤ 0. The warning names the stretch λ of incompressible uniaxial tension,
+  /// Ī₁ = λ² + 2/λ.
+  std::string instability() const;
   double c10() const { return parameters_.c10; }      ///< Pa
   double c20() const { return parameters_.c20; }      ///< Pa
   double c30() const { return parameters_.c30; }      ///< Pa

@@ -65,19 +65,12 @@ double coordinate_scale(const MeshSettings& mesh);
 
 struct MaterialSettings {
   std::string model = "neo-hookean";
-  // Either Young's modulus and Poisson's ratio together with the model's kBesideYoung, or the
-  // model's own parameters, kParameters.
+  // Either the model's own parameters, kParameters, or Young's modulus and Poisson's ratio together with its
+  // kBesideYoung (MaterialChoice::instead).
   std::optional<double> youngs_modulus;
   std::optional<double> poissons_ratio;
-  std::optional<double> mu;
-  std::optional<double> lambda;
-  std::optional<double> mu1;
-  std::optional<double> mu2;
-  std::optional<double> ratio;
-  std::optional<double> c10;
-  std::optional<double> c20;
-  std::optional<double> c30;
-  std::optional<double> kappa;
+  /// All other parameters by name, as "lambda" or "c10". The entries of a list are "mu.0", "mu.1", ….
+  std::map<std::string, double> numbers{};
   std::optional<VolumetricPart> volumetric;  ///< only of models that have this choice
   double density = 1000.0;                   ///< kg/m³
   /// Set by a program, never by a scene file. If there is one, model and moduli are ignored.
@@ -89,13 +82,14 @@ struct MaterialSettings {
   std::string where{};  ///< place in the scene, for messages about the values of arrays
 };
 
-/// A parameter of materials and the member of the settings that holds its value.
-struct MaterialKey {
-  MaterialParameter parameter;
-  std::optional<double> MaterialSettings::*value;
-};
-/// The parameters of all models, each once, in the order of the scene's documents.
-const std::vector<MaterialKey>& material_keys();
+/// The parameters of all models, each once, in the order of the scene's documents. A name may be that of a number
+/// and, for another model, of a list: there is one entry for each.
+const std::vector<MaterialParameter>& material_parameters();
+/// The parameter, or entry `i` of one that is a list, as a parameter of its own, such as "mu.0".
+MaterialParameter entry_of(const MaterialParameter& parameter, int i);
+/// The value of a parameter or of an entry of a list. No value if there is none or if an array gives it.
+std::optional<double> number_of(const MaterialSettings& settings, const std::string& parameter);
+void set_number(MaterialSettings& settings, const std::string& parameter, double value);
 
 /// A model that a scene can name.
 struct MaterialChoice {
@@ -103,12 +97,17 @@ struct MaterialChoice {
   const char* title;  ///< for people
   bool has_volumetric_part;
   std::vector<MaterialParameter> parameters;
+  /// The parameters that can be given instead: Young's modulus, Poisson's ratio and `beside_young`, unless the
+  /// model has other ones.
+  std::vector<MaterialParameter> instead;
   std::vector<MaterialParameter> beside_young;
   bool defined_for_any_jacobian;  ///< whether Ψ is also defined for J ≤ 0
+  /// Gives the parameters of a usual material with these small-strain parameters. Other settings stay.
+  void (*set_like)(MaterialSettings& settings, const LameParameters& lame);
 };
 const std::vector<MaterialChoice>& material_choices();
-/// "log" or "quadratic".
-const char* to_string(VolumetricPart part);
+/// The model of that name; null if there is none.
+const MaterialChoice* find_material(const std::string& name);
 
 /// The material of the settings. Throws InputError for unknown models, parameters that are missing,
 /// do not belong to the model or contradict each other, values out of range, and parameters that an

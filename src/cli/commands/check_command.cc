@@ -39,14 +39,8 @@ constexpr double kTurn = 1e-4;
 // first.
 std::vector<MaterialField> materials_to_check(const std::vector<MaterialField>& own) {
   const LameParameters lame = initial_lame(own.front().model());
-  constexpr double kMooneyRatio = 0.25;
-  const double mu2 = lame.mu * kMooneyRatio / (1.0 + kMooneyRatio);
   std::vector<MaterialField> models = own;
-  for (const MaterialModel& other :
-       {MaterialModel(StVenantKirchhoff(lame.mu, lame.lambda)),
-        MaterialModel(NeoHookean(lame.mu, lame.lambda)),
-        MaterialModel(MooneyRivlin(lame.mu - mu2, mu2, lame.lambda - 2.0 * mu2)),
-        MaterialModel(Yeoh::from_young(lame, -0.1 * lame.mu, 0.05 * lame.mu))}) {
+  for (const MaterialModel& other : materials_like(lame)) {
     const bool there = std::any_of(own.begin(), own.end(), [&](const MaterialField& field) {
       return field.model().index() == other.index();
     });

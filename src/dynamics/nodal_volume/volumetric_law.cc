@@ -1,6 +1,9 @@
 #include "volumetric_law.h"
 
+#include <fmt/format.h>
+
 #include <concepts>
+#include <string>
 #include <variant>
 #include <vector>
 
@@ -9,35 +12,33 @@
 namespace tetraction {
 namespace {
 
-template <class M>
-VolumetricLaw law_of(const M& material) {
-  if constexpr (std::same_as<M, NeoHookean> || std::same_as<M, MooneyRivlin>) {
-    return {material.lambda(), material.volumetric() == VolumetricPart::kLogarithmic};
-  } else if constexpr (std::same_as<M, Yeoh>) {
-    return {material.kappa(), false};
-  } else {
-    throw InputError(
-        "mesh.volume = \"nodal\" needs a material whose energy has a volumetric part U(J): "
-        "neo-hookean, mooney-rivlin or yeoh. That of Saint Venant–Kirchhoff (stvk) and of a "
-        "program's own material has none. Take one of the three, or mesh.volume = \"element\".");
-  }
+[[noreturn]] void refuse_material() {
+  std::string names;
+  for_each_model([&]<class M>() {
+    if constexpr (HasVolumetricLaw<M>)
+      names += fmt::format("{}{}", names.empty() ? "" : ", ", M::kName);
+  });
+  throw InputError(fmt::format(
+      "mesh.volume = \"nodal\" needs a material whose energy has a volumetric part U(J): "
+      "{}. That of Saint Venant–Kirchhoff (stvk) and of a program's own material has none. "
+      "Take one of these, or mesh.volume = \"element\".",
+      names));
 }
 
 template <class M>
-IsotropicModel without_volume(const M& m) {
-  if constexpr (std::same_as<M, NeoHookean>) {
-    return NeoHookean(m.mu(), 0.0, m.volumetric());
-  } else if constexpr (std::same_as<M, MooneyRivlin>) {
-    return MooneyRivlin(m.mu1(), m.mu2(), 0.0, m.volumetric());
-  } else if constexpr (std::same_as<M, Yeoh>) {
-    return Yeoh(m.c10(), m.c20(), m.c30(), 0.0);
+VolumetricLaw law_of(const M& material) {
+  if constexpr (HasVolumetricLaw<M>) {
+    return material.volumetric_law();
   } else {
-    law_of(m);  // throws
-    throw InputError("");
+    refuse_material();
   }
 }
 
 }  // namespace
+
+bool has_volumetric_law(const MaterialField& material) {
+  return std::visit([]<class M>(const M&) { return HasVolumetricLaw<M>; }, material.model());
+}
 
 VolumetricLaw volumetric_law(const MaterialField& material) {
   return std::visit([](const auto& model) { return law_of(model); }, material.model());
@@ -53,18 +54,19 @@ double volumetric_modulus(const MaterialField& material, Index e) {
 
 MaterialField without_volumetric_part(const MaterialField& material) {
   return std::visit(
-      [&](const auto& model) -> MaterialField {
-        const IsotropicModel reduced = without_volume(model);
-        if (!material.varies()) {
-          return std::visit([](const auto& m) { return MaterialField(m); }, reduced);
+      [&]<class M>(const M& model) -> MaterialField {
+        if constexpr (!HasVolumetricLaw<M>) {
+          refuse_material();
+        } else {
+          if (!material.varies()) return model.without_volumetric_part();
+          std::vector<IsotropicModel> elements;
+          elements.reserve(static_cast<std::size_t>(material.parameters().cols()));
+          for (Index e = 0; e < material.parameters().cols(); ++e) {
+            elements.emplace_back(material.with_element(
+                model, e, [](const auto& own) { return own.without_volumetric_part(); }));
+          }
+          return MaterialField(elements);
         }
-        std::vector<IsotropicModel> elements;
-        elements.reserve(static_cast<std::size_t>(material.parameters().cols()));
-        for (Index e = 0; e < material.parameters().cols(); ++e) {
-          material.with_element(model, e,
-                                [&](const auto& own) { elements.push_back(without_volume(own)); });
-        }
-        return MaterialField(elements);
       },
       material.model());
 }

@@ -34,7 +34,7 @@ class UniformParameters {
 };
 
 /// Parameters that every element has of its own (BatchView::parameters). A choice of the volumetric
-/// part is that of the material.
+/// part and the number of terms are those of the material.
 template <class M>
 class ElementParameters {
  public:
@@ -50,7 +50,7 @@ class ElementParameters {
   }
 
  private:
-  static constexpr size_t kCount = M::kParameters.size();
+  static constexpr size_t kCount = number_count<M>();
 
   template <class Tag, size_t... i>
   HWY_INLINE auto load_all(Tag tag, const double* HWY_RESTRICT from,
@@ -59,6 +59,9 @@ class ElementParameters {
     if constexpr (M::kHasVolumetricPart) {
       return typename M::template Parameters<Real>{Real(hn::Load(tag, from + i * kBatchLanes))...,
                                                    choices_.volumetric};
+    } else if constexpr (requires { choices_.terms; }) {
+      return typename M::template Parameters<Real>{Real(hn::Load(tag, from + i * kBatchLanes))...,
+                                                   choices_.terms};
     } else {
       return typename M::template Parameters<Real>{Real(hn::Load(tag, from + i * kBatchLanes))...};
     }

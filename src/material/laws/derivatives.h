@@ -59,6 +59,7 @@ SecondDerivatives(D11, D12, D22, D1L, D2L, DLL) -> SecondDerivatives<D11, D12, D
 /// Tells at compile time which derivatives a law L of material M has.
 template <class L, class M>
 struct LawTerms {
+  static constexpr bool kPrincipal = false;
   /// Whether the arguments are StrainMeasures.
   static constexpr bool kStrain = M::kDefinedForAnyJacobian;
   using Arguments = std::conditional_t<kStrain, StrainMeasures<double>, Invariants<double>>;
@@ -81,6 +82,15 @@ struct LawTerms {
 
   static_assert(!kStrain || (kIsZero<decltype(First::log_j)> && !kI1Coupled),
                 "A law that is defined for any J depends on I₁ and linearly on I₂ alone.");
+};
+/// A law in principal stretches has no derivatives with respect to invariants.
+template <class L, class M>
+requires(M::kPrincipalStretches) struct LawTerms<L, M> {
+  static constexpr bool kPrincipal = true;
+  static constexpr bool kStrain = false;
+  static constexpr bool kI2 = false;
+  static constexpr bool kI1Coupled = false;
+  static constexpr bool kI2Coupled = false;
 };
 
 }  // namespace tetraction

@@ -33,6 +33,7 @@ struct Number {
   friend HWY_INLINE Number operator+(Number a, Number b) { return Number(hn::Add(a.v, b.v)); }
   friend HWY_INLINE Number operator-(Number a, Number b) { return Number(hn::Sub(a.v, b.v)); }
   friend HWY_INLINE Number operator*(Number a, Number b) { return Number(hn::Mul(a.v, b.v)); }
+  friend HWY_INLINE Number operator/(Number a, Number b) { return Number(hn::Div(a.v, b.v)); }
   friend HWY_INLINE Number operator-(Number a) { return Number(hn::Neg(a.v)); }
 };
 
@@ -60,6 +61,44 @@ HWY_INLINE Number<Tag> exponential(Number<Tag> x) {
 HWY_INLINE double exponential(double x) {
   return std::exp(x);
 }
+/// eˣ − 1 and ln(1 + x), which keep their digits near x = 0.
+template <class Tag>
+HWY_INLINE Number<Tag> exponential_minus_1(Number<Tag> x) {
+  return Number<Tag>(hn::Expm1(Tag(), x.v));
+}
+HWY_INLINE double exponential_minus_1(double x) {
+  return std::expm1(x);
+}
+template <class Tag>
+HWY_INLINE Number<Tag> log_of_1_plus(Number<Tag> x) {
+  return Number<Tag>(hn::Log1p(Tag(), x.v));
+}
+HWY_INLINE double log_of_1_plus(double x) {
+  return std::log1p(x);
+}
+template <class Tag>
+HWY_INLINE Number<Tag> square_root(Number<Tag> x) {
+  return Number<Tag>(hn::Sqrt(x.v));
+}
+HWY_INLINE double square_root(double x) {
+  return std::sqrt(x);
+}
+/// The larger of |x| and |y|.
+template <class Tag>
+HWY_INLINE Number<Tag> larger_magnitude(Number<Tag> x, Number<Tag> y) {
+  return Number<Tag>(hn::Max(hn::Abs(x.v), hn::Abs(y.v)));
+}
+HWY_INLINE double larger_magnitude(double x, double y) {
+  return std::fmax(std::abs(x), std::abs(y));
+}
+/// |x| with the sign of `sign`.
+template <class Tag>
+HWY_INLINE Number<Tag> with_sign(Number<Tag> x, Number<Tag> sign) {
+  return Number<Tag>(hn::CopySign(x.v, sign.v));
+}
+HWY_INLINE double with_sign(double x, double sign) {
+  return std::copysign(x, sign);
+}
 /// `inside` where |x| < limit, `outside` elsewhere.
 template <class Tag>
 HWY_INLINE Number<Tag> where_small(Number<Tag> x, double limit, Number<Tag> inside,
@@ -82,6 +121,9 @@ HWY_INLINE double where_small(double x, double limit, double inside, double outs
 /// StrainMeasures<Real> if the material is defined for any J, and Invariants<Real>
 /// otherwise. A law with StrainMeasures also has spherical(m, s) = ∂Ψ/∂I₁ + (I₁ − 1) ∂Ψ/∂I₂. It is
 /// written without the terms of order one, which cancel at rest and would cost digits.
+///
+/// The law of a material with kPrincipalStretches has the functions of principal-inl.h instead. That of a
+/// material with a limit of its stretch (HasStretchLimit) also has margin(m, s), the stretch_margin().
 template <class M>
 struct Law;
 

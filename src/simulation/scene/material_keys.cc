@@ -1,42 +1,46 @@
 // [material] and [[material_region]]. The parameters are those that the material classes state.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <deque>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "number_or_array.h"
 #include "sections.h"
-#include "setting_values.h"
 
 namespace tetraction {
 namespace {
 
-const MaterialChoice* choice_of(const std::string& model) {
-  for (const MaterialChoice& choice : material_choices()) {
-    if (choice.name == model) return &choice;
-  }
-  return nullptr;
+bool has_volumetric_part(const MaterialSettings& material) {
+  const MaterialChoice* choice = find_material(material.model);
+  return choice != nullptr && choice->has_volumetric_part;
 }
 
-bool has_volumetric_part(const MaterialSettings& material) {
-  const MaterialChoice* choice = choice_of(material.model);
-  return choice != nullptr && choice->has_volumetric_part;
+// The member of the settings that holds the value of a parameter.
+NumberOrArray<MaterialSettings>::Member member_of(std::string_view parameter) {
+  if (parameter == kYoungsModulus.name) return &MaterialSettings::youngs_modulus;
+  if (parameter == kPoissonsRatio.name) return &MaterialSettings::poissons_ratio;
+  return &MaterialSettings::numbers;
 }
 
 // The meaning of a parameter with the models that have it.
 std::string help_of(const MaterialParameter& parameter) {
   std::vector<std::string> models;
   for (const MaterialChoice& choice : material_choices()) {
-    for (const auto* parameters : {&choice.parameters, &choice.beside_young}) {
+    for (const auto* parameters : {&choice.parameters, &choice.instead}) {
       for (const MaterialParameter& own : *parameters) {
         const std::string model = fmt::format("`{}`", choice.name);
         if (std::string_view(own.name) != parameter.name) continue;
+        if (own.most_entries != parameter.most_entries) continue;
         if (models.empty() || models.back() != model) models.push_back(model);
       }
     }
   }
   std::string text = parameter.help;
+  // Young's modulus and Poisson's ratio are those of nearly all models.
+  if (member_of(parameter.name).index() == 1) return text;
   for (std::size_t i = 0; i < models.size(); ++i) {
     text += (i == 0 ? "; of " : i + 1 < models.size() ? ", " : " and ") + models[i];
   }
@@ -53,14 +57,30 @@ std::vector<Key<MaterialSettings>> material_table() {
                                       [](const S& s) { return s.model; },
                                       [](S& s, const std::string& name) { s.model = name; }}}};
   static std::deque<std::string> texts;  // a KeyInfo refers to its texts
-  for (const MaterialKey& key : material_keys()) {
-    const MaterialParameter& parameter = key.parameter;
+  const std::vector<MaterialParameter>& parameters = material_parameters();
+  for (std::size_t i = 0; i < parameters.size(); ++i) {
+    const MaterialParameter& parameter = parameters[i];
+    const auto has_its_name = [&](const MaterialParameter& p) {
+      return std::string_view(p.name) == parameter.name;
+    };
+    // A number and a list of the same name are one key.
+    const auto end = parameters.begin() + static_cast<std::ptrdiff_t>(i);
+    if (std::find_if(parameters.begin(), end, has_its_name) != end) continue;
+    const auto other = std::find_if(end + 1, parameters.end(), has_its_name);
     texts.push_back(help_of(parameter));
+    if (other != parameters.end()) texts.back() = help_of(*other) + "; " + texts.back();
+    NumberOrArray<S>::List list;
+    for (const MaterialParameter& p : parameters) {
+      if (!has_its_name(p) || p.most_entries == 0) continue;
+      list.most = p.most_entries;
+      list.range = p.range;
+    }
+    list.takes_number = parameter.most_entries == 0 || other != parameters.end();
     keys.push_back({{.name = parameter.name,
                      .unit = parameter.unit,
                      .help = texts.back().c_str(),
                      .range = parameter.range},
-                    NumberOrArray<S>{parameter.name, key.value, &S::arrays}});
+                    NumberOrArray<S>{parameter.name, member_of(parameter.name), &S::arrays, list}});
   }
   keys.push_back(
       {{.name = "volumetric",

@@ -6,54 +6,11 @@
 #include <utility>
 
 #include "core/quoting.h"
+#include "parameter_sets.h"
 #include "tetraction/core/error.h"
-#include "tetraction/simulation/scene.h"
 
 namespace tetraction {
 namespace {
-
-using Value = std::optional<double> MaterialSettings::*;
-
-// The member of the settings that holds the value of a parameter.
-constexpr std::pair<std::string_view, Value> kValues[] = {
-    {"youngs_modulus", &MaterialSettings::youngs_modulus},
-    {"poissons_ratio", &MaterialSettings::poissons_ratio},
-    {"mu", &MaterialSettings::mu},
-    {"lambda", &MaterialSettings::lambda},
-    {"mu1", &MaterialSettings::mu1},
-    {"mu2", &MaterialSettings::mu2},
-    {"ratio", &MaterialSettings::ratio},
-    {"c10", &MaterialSettings::c10},
-    {"c20", &MaterialSettings::c20},
-    {"c30", &MaterialSettings::c30},
-    {"kappa", &MaterialSettings::kappa},
-};
-
-constexpr Value value_of(std::string_view name) {
-  for (const auto& [known, value] : kValues) {
-    if (known == name) return value;
-  }
-  return nullptr;
-}
-
-// A model with a parameter that has no member in the settings does not compile.
-template <class M>
-constexpr bool has_places() {
-  const auto has_place = [](const MaterialParameter& p) { return value_of(p.name) != nullptr; };
-  return std::ranges::all_of(M::kParameters, has_place) &&
-         std::ranges::all_of(M::kBesideYoung, has_place);
-}
-
-// Calls body.operator()<M>() for every model that a scene can name.
-template <class Body, class... M>
-void for_each_model(const Body& body, const std::variant<M...>*) {
-  static_assert((... && has_places<M>()));
-  (body.template operator()<M>(), ...);
-}
-template <class Body>
-void for_each_model(const Body& body) {
-  for_each_model(body, static_cast<const IsotropicModel*>(nullptr));
-}
 
 // "a, b and c"
 std::string list_of(const std::vector<MaterialParameter>& parameters) {
@@ -65,49 +22,119 @@ std::string list_of(const std::vector<MaterialParameter>& parameters) {
   return text;
 }
 
-const std::string* array_of(const MaterialSettings& s, const char* name) {
+const std::string* array_of(const MaterialSettings& s, const std::string& name) {
   const auto found = s.arrays.find(name);
   return found == s.arrays.end() ? nullptr : &found->second;
+}
+// Also if an array gives the parameter at the same time.
+bool has_number_for(const MaterialSettings& s, const std::string& name) {
+  if (name == kYoungsModulus.name) return s.youngs_modulus.has_value();
+  if (name == kPoissonsRatio.name) return s.poissons_ratio.has_value();
+  return s.numbers.contains(name);
+}
+bool is_given(const MaterialSettings& s, const std::string& name) {
+  return number_of(s, name) || array_of(s, name) != nullptr;
+}
+// The number of entries of a parameter that is a list.
+int entry_count(const MaterialSettings& s, const MaterialParameter& list) {
+  int count = 0;
+  while (count < list.most_entries && is_given(s, entry_of(list, count).name)) ++count;
+  return count;
+}
+
+// The names of all numbers and arrays of the settings that are parameters of a model.
+std::vector<std::string> given_parameters(const MaterialSettings& s) {
+  std::vector<std::string> names;
+  for (const MaterialParameter& p : {kYoungsModulus, kPoissonsRatio}) {
+    if (has_number_for(s, p.name)) names.emplace_back(p.name);
+  }
+  for (const auto& [name, number] : s.numbers) names.push_back(name);
+  for (const auto& [name, array] : s.arrays) {
+    if (name != kDensity.name) names.push_back(name);
+  }
+  return names;
+}
+
+// The place of a parameter in the documents, by which messages name the first one that is wrong.
+std::size_t place_of(const std::string& name) {
+  const std::vector<MaterialParameter>& all = material_parameters();
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    if (name == all[i].name) return i;
+  }
+  return all.size();
 }
 
 // Every parameter in `needed` must be given, and no other.
 void require(const MaterialSettings& s, const std::vector<MaterialParameter>& needed,
              const std::vector<MaterialParameter>& instead) {
   const std::string wanted = list_of(needed) + ", or " + list_of(instead);
-  for (const MaterialKey& key : material_keys()) {
-    const char* name = key.parameter.name;
-    const bool is_needed = std::ranges::any_of(
-        needed, [&](const MaterialParameter& p) { return std::string_view(p.name) == name; });
-    const bool has_number = (s.*key.value).has_value();
+  std::vector<std::string> names = given_parameters(s);
+  for (const MaterialParameter& p : needed) {
+    const bool there = is_list(p) ? entry_count(s, p) > 0 : is_given(s, p.name);
+    if (!there) names.emplace_back(p.name);
+  }
+  std::ranges::stable_sort(names, {}, place_of);
+  for (const std::string& name : names) {
+    const bool has_number = has_number_for(s, name);
     const bool has_array = array_of(s, name) != nullptr;
     if (has_number && has_array) {
       throw InputError(
           fmt::format("material.{} has both a number and an array; give one of them.", name));
     }
-    if (!is_needed && (has_number || has_array)) {
+    const auto list_names = [&](const MaterialParameter& p) {
+      return is_list(p) && name.starts_with(std::string(p.name) + ".");
+    };
+    const auto names_it = [&](const MaterialParameter& p) { return name == p.name; };
+    const bool is_entry = std::ranges::any_of(needed, list_names);
+    const auto whole = std::ranges::find_if(needed, names_it);
+    const bool is_needed = is_entry || whole != needed.end();
+    const bool is_there = has_number || has_array;
+    if (whole != needed.end() && is_list(*whole) && is_there) {
+      throw InputError(
+          fmt::format("material.{} must be a list of 1 to {} entries: the {} model needs {}.", name,
+                      whole->most_entries, s.model, wanted));
+    }
+    if (!is_needed) {
       throw InputError(
           fmt::format("material.{} cannot be combined with the other parameters that are given: "
                       "the {} model takes {}, and nothing else.",
                       name, s.model, wanted));
     }
-    if (is_needed && !has_number && !has_array) {
+    if (!is_there) {
       throw InputError(
           fmt::format("material.{} is missing: the {} model needs {}.", name, s.model, wanted));
+    }
+  }
+  for (const MaterialParameter& list : needed) {
+    if (!is_list(list)) continue;
+    const int count = entry_count(s, list);
+    const auto is_behind = [&](const std::string& name) {
+      const std::string start = std::string(list.name) + ".";
+      if (!name.starts_with(start)) return false;
+      for (int i = 0; i < count; ++i) {
+        if (name == entry_of(list, i).name) return false;
+      }
+      return true;
+    };
+    for (const std::string& name : names) {
+      if (!is_behind(name)) continue;
+      throw InputError(
+          fmt::format("material.{}: {} has {} entries without it, and 1 to {} are allowed "
+                      "without a gap.",
+                      name, list.name, count, list.most_entries));
     }
   }
 }
 
 bool is_given_by_young(const MaterialSettings& s) {
-  return s.youngs_modulus || s.poissons_ratio || array_of(s, kYoungsModulus.name) != nullptr ||
-         array_of(s, kPoissonsRatio.name) != nullptr;
+  return is_given(s, kYoungsModulus.name) || is_given(s, kPoissonsRatio.name);
 }
 
 // The settings must have the parameters that M needs.
 template <class M>
 void check(const MaterialSettings& s) {
   const std::vector<MaterialParameter> own(M::kParameters.begin(), M::kParameters.end());
-  std::vector<MaterialParameter> by_young{kYoungsModulus, kPoissonsRatio};
-  by_young.insert(by_young.end(), M::kBesideYoung.begin(), M::kBesideYoung.end());
+  const std::vector<MaterialParameter> instead = instead_of_own<M>();
   if (!M::kHasVolumetricPart && s.volumetric) {
     throw InputError(
         fmt::format("material.volumetric has no meaning for the {} model, which has one volumetric "
@@ -115,21 +142,34 @@ void check(const MaterialSettings& s) {
                     s.model));
   }
   const bool is_by_young = is_given_by_young(s);
-  require(s, is_by_young ? by_young : own, is_by_young ? own : by_young);
+  require(s, is_by_young ? instead : own, is_by_young ? own : instead);
+}
+
+// The value of a parameter, or the values of the entries of a list. number(parameter) returns one of them.
+template <bool kIsList, class Number>
+auto value_of(const MaterialParameter& parameter, const MaterialSettings& s, const Number& number) {
+  if constexpr (kIsList) {
+    std::vector<double> values;
+    for (int i = 0; i < entry_count(s, parameter); ++i)
+      values.push_back(number(entry_of(parameter, i)));
+    return values;
+  } else {
+    return number(parameter);
+  }
 }
 
 // make(values…) with the values of the parameters and, if there is a choice, the volumetric part.
-template <class M, std::size_t kCount, class Number, class Make>
-M made_of(const std::array<MaterialParameter, kCount>& parameters, const MaterialSettings& s,
-          const Number& number, const Make& make) {
+template <class M, const auto& kParameters, class Number, class Make>
+M made_of(const MaterialSettings& s, const Number& number, const Make& make) {
   return [&]<std::size_t... i>(std::index_sequence<i...>) {
     if constexpr (M::kHasVolumetricPart) {
-      return make(number(parameters[i])..., s.volumetric.value_or(VolumetricPart::kLogarithmic));
+      return make(value_of<is_list(kParameters[i])>(kParameters[i], s, number)...,
+                  s.volumetric.value_or(VolumetricPart::kLogarithmic));
     } else {
-      return make(number(parameters[i])...);
+      return make(value_of<is_list(kParameters[i])>(kParameters[i], s, number)...);
     }
   }
-  (std::make_index_sequence<kCount>());
+  (std::make_index_sequence<kParameters.size()>());
 }
 
 // The material of settings that check() has accepted. number(parameter) returns the value of a
@@ -137,11 +177,15 @@ M made_of(const std::array<MaterialParameter, kCount>& parameters, const Materia
 template <class M, class Number>
 M make(const MaterialSettings& s, const Number& number) {
   if (!is_given_by_young(s)) {
-    return made_of<M>(M::kParameters, s, number, [](auto... values) { return M(values...); });
+    return made_of<M, M::kParameters>(s, number, [](auto... values) { return M(values...); });
   }
-  const LameParameters lame = lame_from_young(number(kYoungsModulus), number(kPoissonsRatio));
-  return made_of<M>(M::kBesideYoung, s, number,
-                    [&](auto... values) { return M::from_young(lame, values...); });
+  if constexpr (kTakesYoung<M>) {
+    const LameParameters lame = lame_from_young(number(kYoungsModulus), number(kPoissonsRatio));
+    return made_of<M, M::kBesideYoung>(
+        s, number, [&](auto... values) { return M::from_young(lame, values...); });
+  } else {
+    return made_of<M, M::kInstead>(s, number, [](auto... values) { return M::instead(values...); });
+  }
 }
 
 // Returns body.operator()<M>() with the model of the settings.
@@ -160,6 +204,17 @@ void with_model(const MaterialSettings& s, const Body& body) {
     throw InputError(fmt::format("material.model = {} is not a material; there are {}.",
                                  in_quotes(s.model), names));
   }
+}
+
+// Whether the name is that of a parameter of some model, or of an entry of a list.
+bool is_parameter(const std::string& name) {
+  return std::ranges::any_of(material_parameters(), [&](const MaterialParameter& p) {
+    if (!is_list(p)) return name == p.name;
+    for (int i = 0; i < p.most_entries; ++i) {
+      if (name == entry_of(p, i).name) return true;
+    }
+    return false;
+  });
 }
 
 // The parameters of the settings at single tetrahedra.
@@ -211,7 +266,7 @@ class ElementNumbers {
   // The value of a parameter at a tetrahedron.
   double operator()(const MaterialParameter& parameter, Index e) const {
     const std::string* array = array_of(settings_, parameter.name);
-    if (array == nullptr) return *(settings_.*value_of(parameter.name));
+    if (array == nullptr) return *number_of(settings_, parameter.name);
     return (*this)(*array, parameter, e);
   }
 
@@ -235,53 +290,13 @@ std::string placed(const MaterialSettings& s, const TetMesh& mesh, Index e,
 
 }  // namespace
 
-const std::vector<MaterialKey>& material_keys() {
-  static const std::vector<MaterialKey> keys = [] {
-    std::vector<MaterialKey> all;
-    const auto add = [&](const MaterialParameter& p) {
-      const Value value = value_of(p.name);
-      if (std::ranges::none_of(all, [&](const MaterialKey& key) { return key.value == value; })) {
-        all.push_back({p, value});
-      }
-    };
-    add(kYoungsModulus);
-    add(kPoissonsRatio);
-    for_each_model([&]<class M>() {
-      for (const MaterialParameter& p : M::kParameters) add(p);
-      for (const MaterialParameter& p : M::kBesideYoung) add(p);
-    });
-    return all;
-  }();
-  return keys;
-}
-
-const std::vector<MaterialChoice>& material_choices() {
-  static const std::vector<MaterialChoice> choices = [] {
-    std::vector<MaterialChoice> all;
-    for_each_model([&]<class M>() {
-      all.push_back({M::kName,
-                     M::kTitle,
-                     M::kHasVolumetricPart,
-                     {M::kParameters.begin(), M::kParameters.end()},
-                     {M::kBesideYoung.begin(), M::kBesideYoung.end()},
-                     M::kDefinedForAnyJacobian});
-    });
-    return all;
-  }();
-  return choices;
-}
-
-const char* to_string(VolumetricPart part) {
-  return part == VolumetricPart::kLogarithmic ? "log" : "quadratic";
-}
-
 void check_material(const MaterialSettings& s) {
   if (s.arrays.empty()) {
     make_material(s);
     return;
   }
   for (const auto& [name, array] : s.arrays) {
-    if (name == kDensity.name || value_of(name) != nullptr) continue;
+    if (name == kDensity.name || is_parameter(name)) continue;
     throw InputError(fmt::format("material.{} cannot be an array.", name));
   }
   if (!s.custom) with_model(s, [&]<class M>() { check<M>(s); });
@@ -297,7 +312,7 @@ MaterialModel make_material(const MaterialSettings& s) {
         throw InputError(fmt::format(
             "material.{} is an array, which has no meaning without a mesh.", parameter.name));
       }
-      return *(s.*value_of(parameter.name));
+      return *number_of(s, parameter.name);
     });
   });
   return *made;

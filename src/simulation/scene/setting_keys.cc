@@ -6,6 +6,7 @@
 
 #include "core/quoting.h"
 #include "sections.h"
+#include "number_or_array.h"
 #include "setting_values.h"
 
 namespace tetraction {

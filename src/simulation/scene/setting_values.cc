@@ -378,6 +378,34 @@ void refuse_word(const std::string& word, const NumberRange& range, const Refusa
                      range.text()));
 }
 
+std::string list_type(int most, bool takes_number) {
+  if (most == 0) return "number or array";
+  const std::string list = fmt::format("list of 1 to {} numbers or arrays", most);
+  return takes_number ? "number or array, or " + list : list;
+}
+
+void check_list(const Json& node, int most, const Refusal& refuse) {
+  if (!node.is_array()) {
+    refuse(fmt::format("must be a list of 1 to {} numbers, not {}.", most, kind_of(node)));
+  }
+  if (node.empty() || node.size() > static_cast<std::size_t>(most)) {
+    refuse(fmt::format("has {} entries; it must have 1 to {}.", node.size(), most));
+  }
+}
+
+std::string array_of(const Json& entry, const Refusal& refuse) {
+  if (entry.size() != 1 || !entry.contains("array") || !entry["array"].is_string() ||
+      entry["array"].get_ref<const std::string&>().empty()) {
+    refuse("has a table as an entry; it must be { array = \"NAME\" } with the name of a cell array "
+           "of the mesh file.");
+  }
+  return entry["array"].get<std::string>();
+}
+
+double entry_of(const Json& entry, const NumberRange& range, const Refusal& refuse) {
+  return number_of(entry, range, refuse, true);
+}
+
 void check_field(const FieldSettings& field, const std::string& name) {
   if (field.file.empty() || field.formula[0].empty()) return;
   throw InputError(name + " has both a file and a formula; give one of them.");

@@ -74,6 +74,12 @@ struct ValueKind<Enum> {
 /// Of NumberOrAuto: refuses a text that is not "auto".
 [[noreturn]] void refuse_word(const std::string& word, const NumberRange& range,
                               const Refusal& refuse);
+/// Of NumberOrArray: the name of its type, a list of 1 to `most` entries, the name in an entry
+/// { array = "…" }, and an entry that is a number.
+std::string list_type(int most, bool takes_number);
+void check_list(const Json& node, int most, const Refusal& refuse);
+std::string array_of(const Json& entry, const Refusal& refuse);
+double entry_of(const Json& entry, const NumberRange& range, const Refusal& refuse);
 /// Of VectorOrField: throws InputError if there are both a file and a formula.
 void check_field(const FieldSettings& field, const std::string& name);
 
@@ -180,71 +186,6 @@ class NumberOrAuto : public ValueOf<S> {
  private:
   double S::*number_;
   bool S::*automatic_;
-};
-
-/// The table { array = "…" }.
-struct ArrayName {
-  std::string name;
-};
-
-/// A number for the whole body, or the name of a cell array of the mesh file with a number for each
-/// tetrahedron.
-template <class S>
-class NumberOrArray : public ValueOf<S> {
- public:
-  using Member = std::variant<double S::*, std::optional<double> S::*>;
-  /// `name` is that of the key.
-  NumberOrArray(const char* name, Member member, std::map<std::string, std::string> S::*arrays)
-      : name_(name), member_(member), arrays_(arrays) {}
-  SettingValue::Form form() const override { return SettingValue::Form::kPlainOrTable; }
-  std::string type() const override { return "number or array"; }
-  Json json(const void* settings) const override {
-    const S& s = this->of(settings);
-    if (const auto array = (s.*arrays_).find(name_); array != (s.*arrays_).end()) {
-      return {{"array", array->second}};
-    }
-    return std::visit([&](auto at) { return ValueKind<Of<decltype(at)>>::json(s.*at); }, member_);
-  }
-  void read(const Json& node, const NumberRange& range, const Refusal& refuse,
-            void* settings) const override {
-    double number = 0.0;
-    ValueKind<double>::read(node, range, refuse, number);
-    S& s = this->of(settings);
-    (s.*arrays_).erase(name_);
-    std::visit([&](auto at) { s.*at = number; }, member_);
-  }
-  void read_table(const TableReader& read, void* settings) const override {
-    ArrayName array;
-    read(section_of<ArrayName>(), &array);
-    S& s = this->of(settings);
-    (s.*arrays_)[name_] = array.name;
-    if (const auto* at = std::get_if<std::optional<double> S::*>(&member_)) (s.**at).reset();
-  }
-  void check(const void* settings, const NumberRange& range,
-             const std::string& name) const override {
-    const S& s = this->of(settings);
-    if ((s.*arrays_).count(name_) > 0) return;
-    std::visit([&](auto at) { ValueKind<Of<decltype(at)>>::check(s.*at, range, name); }, member_);
-  }
-  bool copy(const void* from, void* to) const override {
-    const S& given = this->of(from);
-    S& s = this->of(to);
-    std::visit([&](auto at) { s.*at = given.*at; }, member_);
-    (s.*arrays_).erase(name_);
-    const auto array = (given.*arrays_).find(name_);
-    if (array != (given.*arrays_).end()) (s.*arrays_)[name_] = array->second;
-    return true;
-  }
-  const void* member(const void* settings) const override {
-    return std::visit([&](auto at) -> const void* { return &(this->of(settings).*at); }, member_);
-  }
-
- private:
-  template <class At>
-  using Of = std::remove_cvref_t<decltype(std::declval<S&>().*std::declval<At>())>;
-  const char* name_;
-  Member member_;
-  std::map<std::string, std::string> S::*arrays_;
 };
 
 /// Three numbers for the whole body, or a vector for each vertex from a file or from formulas.

@@ -1,7 +1,6 @@
 #include "volumetric_pressure.h"
 
 #include <algorithm>
-#include <variant>
 
 #include "dynamics/nodal_volume/nodal_patches.h"
 #include "dynamics/nodal_volume/six_volume.h"
@@ -9,19 +8,9 @@
 #include "tetraction/dynamics/nodal_volume/nodal_volume.h"
 
 namespace tetraction {
-namespace {
-
-bool has_volumetric_part(const MaterialField& material) {
-  return std::holds_alternative<NeoHookean>(material.model()) ||
-         std::holds_alternative<MooneyRivlin>(material.model()) ||
-         std::holds_alternative<Yeoh>(material.model());
-}
-
-}  // namespace
-
 bool VolumetricPressure::dominates(const MechanicalSystem& system, double ratio) {
   const std::vector<MaterialField>& materials = system.materials();
-  if (!std::all_of(materials.begin(), materials.end(), has_volumetric_part)) return false;
+  if (!std::all_of(materials.begin(), materials.end(), has_volumetric_law)) return false;
   for (Index e = 0; e < system.rest().element_count(); ++e) {
     const LameParameters lame = system.lame(e);
     if (lame.lambda >= ratio * lame.mu) return true;

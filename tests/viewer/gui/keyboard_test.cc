@@ -64,7 +64,7 @@ class Keyboard : public WindowTest {
 TEST_F(Keyboard, TabReachesEveryControl) {
   Document document = quiet_beam();
   document.scene.material.model = "mooney-rivlin";
-  document.scene.material.ratio = 0.5;
+  document.scene.material.numbers["ratio"] = 0.5;
   show(std::move(document));
   window_->select({nearest({0.0, 0.3, 0.3})});  // it is held: everything can be done with it
   settle();

@@ -13,18 +13,28 @@
 namespace tetraction::viewer {
 namespace {
 
-const MaterialChoice* choice_of(const std::string& model) {
-  const std::vector<MaterialChoice>& choices = material_choices();
-  const auto found = std::find_if(choices.begin(), choices.end(),
-                                  [&](const MaterialChoice& c) { return c.name == model; });
-  return found == choices.end() ? nullptr : &*found;
+// Whether the panel shows the material by Young's modulus and Poisson's ratio.
+bool takes_young(const MaterialChoice& choice) {
+  return std::string_view(choice.instead.front().name) == kYoungsModulus.name;
 }
 
-bool takes(const MaterialChoice* choice, const MaterialKey& key) {
-  return choice != nullptr && std::any_of(choice->beside_young.begin(), choice->beside_young.end(),
-                                          [&](const MaterialParameter& p) {
-                                            return std::string_view(p.name) == key.parameter.name;
-                                          });
+// The parameters that have fields: those beside Young's modulus and Poisson's ratio, or else the model's own.
+std::vector<MaterialParameter> fields_of(const MaterialChoice& choice) {
+  if (takes_young(choice)) return choice.beside_young;
+  std::vector<MaterialParameter> fields;
+  for (const MaterialParameter& p : choice.parameters) {
+    if (p.most_entries == 0) fields.push_back(p);
+    for (int i = 0; i < p.most_entries; ++i) fields.push_back(entry_of(p, i));
+  }
+  return fields;
+}
+
+bool takes(const MaterialChoice* choice, const MaterialParameter& parameter) {
+  if (choice == nullptr) return false;
+  const std::vector<MaterialParameter> fields = fields_of(*choice);
+  return std::any_of(fields.begin(), fields.end(), [&](const MaterialParameter& p) {
+    return std::string_view(p.name) == parameter.name;
+  });
 }
 
 bool is_array(const MaterialSettings& settings, const MaterialParameter& parameter) {
@@ -50,6 +60,7 @@ MaterialPanel::MaterialPanel(QWidget* parent) : QWidget(parent) {
   where->addRow(tr("Region"), region_);
 
   auto* material = add_group(column, tr("Material"));
+  form_ = material;
   model_ = new QComboBox(this);
   model_->setObjectName(QStringLiteral("model"));
   for (const MaterialChoice& choice : material_choices()) {
@@ -65,20 +76,25 @@ MaterialPanel::MaterialPanel(QWidget* parent) : QWidget(parent) {
                               0.495, NumberSlider::Scale::kLinear, this);
   poisson_->setObjectName(QStringLiteral("poissons_ratio"));
   material->addRow(tr("Poisson"), poisson_);
-  for (const MaterialKey& key : material_keys()) {
-    const MaterialParameter& parameter = key.parameter;
-    const std::vector<MaterialChoice>& choices = material_choices();
-    if (std::none_of(choices.begin(), choices.end(),
-                     [&](const MaterialChoice& choice) { return takes(&choice, key); })) {
-      continue;
+  std::vector<MaterialParameter> parameters;
+  for (const MaterialChoice& choice : material_choices()) {
+    for (const MaterialParameter& own : fields_of(choice)) {
+      const auto is_same = [&](const MaterialParameter& p) {
+        return std::string_view(p.name) == own.name;
+      };
+      if (std::none_of(parameters.begin(), parameters.end(), is_same)) parameters.push_back(own);
     }
+  }
+  for (const MaterialParameter& parameter : parameters) {
     const QString help = QString::fromUtf8(parameter.help);
     const QString unit = QString::fromUtf8(parameter.unit);
     auto* field = new NumberField(help, unit, parameter.range, this);
     field->setObjectName(QString::fromUtf8(parameter.name));
-    const QString name = help.section(QStringLiteral(","), 0, 0);
+    const QString in_scene = QString::fromUtf8(parameter.name);
+    const QString name =
+        in_scene.contains(QLatin1Char('.')) ? in_scene : help.section(QStringLiteral(","), 0, 0);
     material->addRow(unit.isEmpty() ? name : tr("%1 [%2]").arg(name, unit), field);
-    other_fields_.emplace_back(&key, field);
+    other_fields_.emplace_back(parameter, field);
   }
   volumetric_ = new QComboBox(this);
   volumetric_->setObjectName(QStringLiteral("volumetric"));
@@ -110,7 +126,7 @@ MaterialPanel::MaterialPanel(QWidget* parent) : QWidget(parent) {
   connect(poisson_, &NumberSlider::entered, this, [this](double value, bool continues_previous) {
     commit(tr("Poisson's ratio %1").arg(short_number(value)), continues_previous);
   });
-  for (const auto& [key, field] : other_fields_) {
+  for (const auto& [parameter, field] : other_fields_) {
     connect(field, &NumberField::entered, this, [this, field = field](double value) {
       commit(tr("%1 %2 %3").arg(field->what(), short_number(value), field->unit()).trimmed(),
              false);
@@ -150,8 +166,11 @@ void MaterialPanel::show_region() {
   const bool has_arrays = array_gives_parameters(settings);
   const bool can_change = !custom && (!has_arrays || is_given_by_young(settings));
   model_->setEnabled(can_change);
-  young_->setEnabled(can_change && !is_array(settings, kYoungsModulus));
-  poisson_->setEnabled(can_change && !is_array(settings, kPoissonsRatio));
+  const MaterialChoice* choice = custom ? nullptr : find_material(settings.model);
+  const bool by_young = choice == nullptr || takes_young(*choice);
+  young_->setEnabled(can_change && by_young && !is_array(settings, kYoungsModulus));
+  poisson_->setEnabled(can_change && (by_young || settings.poissons_ratio) &&
+                       !is_array(settings, kPoissonsRatio));
   const LameRange& moduli = moduli_[region];
   const LameParameters& small = moduli.least;
   const double young = small.mu * (3.0 * small.lambda + 2.0 * small.mu) / (small.lambda + small.mu);
@@ -159,15 +178,22 @@ void MaterialPanel::show_region() {
   young_->set_value(settings.youngs_modulus.value_or(young));
   poisson_->set_value(
       settings.poissons_ratio.value_or(small.lambda / (2.0 * (small.lambda + small.mu))));
-  const MaterialChoice* choice = custom ? nullptr : choice_of(settings.model);
-  for (const auto& [key, field] : other_fields_) {
-    field->setEnabled(can_change && takes(choice, *key) && !is_array(settings, key->parameter));
-    double value = (settings.*key->value).value_or(0.0);
+  for (const auto& [parameter, field] : other_fields_) {
+    const std::optional<double> given = number_of(settings, parameter.name);
+    const bool is_own = takes(choice, parameter) && (by_young || given);
+    field->setEnabled((can_change || !by_young) && is_own && !is_array(settings, parameter));
+    double value = given.value_or(0.0);
     // The scene may give μ₁ and μ₂ instead of their ratio.
-    if (settings.mu1 && settings.mu2 && key->value == &MaterialSettings::ratio) {
-      value = *settings.mu1 > 0.0 ? *settings.mu2 / *settings.mu1 : 0.0;
+    const std::optional<double> mu1 = number_of(settings, "mu1");
+    const std::optional<double> mu2 = number_of(settings, "mu2");
+    if (mu1 && mu2 && std::string_view(parameter.name) == "ratio") {
+      value = *mu1 > 0.0 ? *mu2 / *mu1 : 0.0;
     }
     field->set_value(field->isEnabled() ? value : 0.0);
+    // Of the many entries of lists only those that the material has are shown.
+    if (std::string_view(parameter.name).find('.') == std::string_view::npos) continue;
+    field->setVisible(is_own);
+    if (QWidget* label = form_->labelForField(field)) label->setVisible(is_own);
   }
   volumetric_->setEnabled(choice != nullptr && choice->has_volumetric_part);
   volumetric_->setCurrentIndex(volumetric_->findData(
@@ -200,12 +226,32 @@ MaterialSettings MaterialPanel::entered(const MaterialSettings& before) const {
   settings.arrays = before.arrays;
   if (array_gives_parameters(before) && !is_given_by_young(before)) settings = before;
   settings.volumetric.reset();
-  const MaterialChoice* choice = choice_of(settings.model);
-  if (young_->isEnabled()) settings.youngs_modulus = young_->value();
-  if (poisson_->isEnabled()) settings.poissons_ratio = poisson_->value();
-  for (const auto& [key, field] : other_fields_) {
-    if (!model_->isEnabled() || !takes(choice, *key)) continue;
-    if (!is_array(before, key->parameter)) settings.*key->value = field->value();
+  const MaterialChoice* choice = find_material(settings.model);
+  MaterialSettings usual = settings;
+  choice->set_like(usual,
+                   moduli_[static_cast<std::size_t>(std::max(0, region_->currentIndex()))].least);
+  if (!takes_young(*choice)) {
+    if (before.custom || before.model != settings.model) return usual;
+    settings.numbers = before.numbers;
+    settings.poissons_ratio = before.poissons_ratio;
+    if (poisson_->isEnabled()) settings.poissons_ratio = poisson_->value();
+    for (const auto& [parameter, field] : other_fields_) {
+      if (field->isEnabled()) set_number(settings, parameter.name, field->value());
+    }
+    return settings;
+  }
+  const MaterialChoice* previous = find_material(before.model);
+  const bool was_by_young = before.custom || previous == nullptr || takes_young(*previous);
+  if (young_->isEnabled() || !was_by_young) settings.youngs_modulus = young_->value();
+  if (poisson_->isEnabled() || !was_by_young) settings.poissons_ratio = poisson_->value();
+  for (const auto& [parameter, field] : other_fields_) {
+    if (!model_->isEnabled() || !takes(choice, parameter) || is_array(before, parameter)) continue;
+    double value = field->value();
+    // A parameter that must not be 0 has no value yet after a change of the model.
+    if (!parameter.range.contains(value)) {
+      value = number_of(usual, parameter.name).value_or(value);
+    }
+    set_number(settings, parameter.name, value);
   }
   const auto part = static_cast<VolumetricPart>(volumetric_->currentData().toInt());
   if (choice->has_volumetric_part && part != VolumetricPart::kLogarithmic) {

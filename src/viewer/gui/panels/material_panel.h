@@ -8,6 +8,7 @@
 #include "viewer/simulation.h"
 
 class QComboBox;
+class QFormLayout;
 class QLabel;
 
 namespace tetraction::viewer {
@@ -35,11 +36,12 @@ class MaterialPanel : public QWidget {
 
   std::vector<MaterialSettings> materials_;
   std::vector<LameRange> moduli_;
+  QFormLayout* form_;  // of the material
   QComboBox *region_, *model_;
   QComboBox* volumetric_;
   NumberSlider *young_, *poisson_;
   // The fields of the other parameters of all models.
-  std::vector<std::pair<const MaterialKey*, NumberField*>> other_fields_;
+  std::vector<std::pair<MaterialParameter, NumberField*>> other_fields_;
   QLabel *lame_, *density_, *wave_;
 };
 
