@@ -18,11 +18,12 @@ namespace {
 
 // Whether the kernels are too inaccurate for the shapes of the block's elements. The kernels work
 // on edges. Their round-off in det F grows with the square of the aspect ratio, and that of the
-// metric terms of Saint Venant–Kirchhoff and Mooney–Rivlin with its cube. The loop over single
+// metric terms of Saint Venant–Kirchhoff, Mooney–Rivlin and Ogden with its cube. The loop over single
 // elements works on F, and its round-off grows with the ratio itself. The difference matters to
 // callers that give positions as a sum for the sake of accuracy.
 bool loses_digits(const ElementBlocks::Block& block, const IsotropicModel& model) {
-  const bool has_metric = has(tangent_form(model, false), TangentForm::kMetric);
+  const TangentForm form = tangent_form(model, false);
+  const bool has_metric = has(form, TangentForm::kMetric) || has(form, TangentForm::kPrincipal);
   return block.aspect > (has_metric ? 12.0 : 50.0);
 }
 

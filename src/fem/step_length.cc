@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <mutex>
+#include <variant>
 
 #include "tetraction/core/parallel.h"
 
@@ -47,7 +48,77 @@ double admissible_fraction(double a, double b, double c, double least) {
   return kLimit;
 }
 
+// Calls body(m) if materials of this type have a limit of their stretch.
+template <class Body>
+void with_limited(const MaterialField& material, const Body& body) {
+  std::visit(
+      [&]<class M>(const M& m) {
+        if constexpr (HasStretchLimit<M>) body(m);
+      },
+      material.model());
+}
+
+// The largest t ≤ longest, up to a tenth, such that margin(t) is above `least` on the way.
+template <class Margin>
+double limited_fraction(const Margin& margin, double least, double longest) {
+  constexpr int kLooks = 8;
+  double low = 0.0;
+  for (int i = 1; i <= kLooks; ++i) {
+    double high = longest * i / kLooks;
+    if (margin(high) > least) {
+      low = high;
+      continue;
+    }
+    for (int halving = 0; halving < 50 && margin(low) > 2.0 * least; ++halving) {
+      const double middle = 0.5 * (low + high);
+      (margin(middle) > least ? low : high) = middle;
+    }
+    break;
+  }
+  return low;
+}
+
 }  // namespace
+
+bool has_stretch_limit(const ElasticPotential& elastic) {
+  bool found = false;
+  for (const MaterialField& material : elastic.materials()) {
+    with_limited(material, [&](const auto&) { found = true; });
+  }
+  return found;
+}
+
+double stretch_limited_step(const ElasticPotential& elastic, const Vector& q, const Vector& d,
+                            double longest) {
+  constexpr double kLeastShare = 0.1;
+  const RestState& rest = elastic.rest();
+  double step = longest;
+  std::mutex mutex;
+  parallel_for(rest.point_count(), 512, [&](Index begin, Index end) {
+    double own = longest;
+    for (Index i = begin; i < end; ++i) {
+      const Index e = rest.element_of(i);
+      const MaterialField& material =
+          elastic.materials()[static_cast<std::size_t>(elastic.material_index(e))];
+      with_limited(material, [&](const auto& model) {
+        material.with_element(model, e, [&](const auto& m) {
+          const auto point = rest.point(i);
+          const Matrix3 f = deformation_gradient(point, 0, rest.gather_relative(q, i));
+          const Matrix3 way = deformation_gradient(point, 0, rest.gather_relative(d, i));
+          const auto margin = [&](double t) {
+            const Matrix3 there = f + t * way;
+            return jacobian(there) > 0.0 ? m.stretch_margin(there) : -1.0;
+          };
+          const double now = margin(0.0);
+          if (now > 0.0) own = std::min(own, limited_fraction(margin, kLeastShare * now, own));
+        });
+      });
+    }
+    const std::lock_guard<std::mutex> lock(mutex);
+    step = std::min(step, own);
+  });
+  return step;
+}
 
 double admissible_step(const RestState& rest, const Vector& q, const Vector& d,
                        const std::function<bool(Index)>& counts) {

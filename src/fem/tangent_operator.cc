@@ -41,6 +41,23 @@ double lowest_eigenvalue(const Matrix3& s, const std::array<Matrix3, 3>& m) {
   return std::min(0.0, symmetric_eigen(Matrix3(root * s * root.transpose())).values[0]);
 }
 
+// A bound c of the principal terms and of l (tr Z)²: they are not less than −c |Z|². In the basis of the yᵢ they are
+// Σ (2hᵢⱼ cᵢcⱼ + l) ZᵢᵢZⱼⱼ + Σ_{i<j} θᵢⱼ cᵢcⱼ (Zᵢⱼ + Zⱼᵢ)².
+template <class Numbers>
+double principal_floor(const Numbers& number, double l) {
+  Vector3 c;
+  for (int i = 0; i < 3; ++i) {
+    c[i] = Vector3(number(3 * i), number(3 * i + 1), number(3 * i + 2)).squaredNorm();
+  }
+  double least = 0.0;
+  Matrix3 diagonal;
+  for (int i = 0; i < 3; ++i) {
+    least = std::min(least, 2.0 * number(18 + i) * c[(i + 1) % 3] * c[(i + 2) % 3]);
+    for (int j = 0; j < 3; ++j) diagonal(i, j) = 2.0 * number(21 + kPacked[i][j]) * c[i] * c[j] + l;
+  }
+  return -std::min(least, symmetric_eigen(diagonal).values[0]);
+}
+
 }  // namespace
 
 template <class T>
@@ -166,6 +183,11 @@ void TangentOperator<T>::convexify(TangentForm kind, T* state) {
         s(0, 2) = s(2, 0) = static_cast<double>(number(at + 22));
       }
       floor -= lowest_eigenvalue(s, tensors);
+    }
+    if (has(kind, TangentForm::kPrincipal)) {
+      floor += principal_floor(
+          [&](int i) { return static_cast<double>(number(tangent_principal_offset(kind) + i)); },
+          static_cast<double>(number(16)));
     }
   }
   const double added = required_multiple(symmetric(0), metric, floor);

@@ -14,4 +14,12 @@ namespace tetraction {
 double admissible_step(const RestState& rest, const Vector& q, const Vector& d,
                        const std::function<bool(Index)>& counts = {});
 
+/// Whether the energy of a material is bounded to a stretch (HasStretchLimit).
+bool has_stretch_limit(const ElasticPotential& elastic);
+/// Returns a t ≤ `longest` such that no quadrature point of such a material loses more than nine tenths of its
+/// stretch_margin() at t, or on the way from q to q + t d at the points where it is looked at. Elements that are inverted or at their
+/// limit at q are left out.
+double stretch_limited_step(const ElasticPotential& elastic, const Vector& q, const Vector& d,
+                            double longest);
+
 }  // namespace tetraction

@@ -103,8 +103,11 @@ double DiscreteGradientStep::longest_step_of_end(const Vector& u, const Vector& 
     const Vector x = origin() + u;
     longest = std::min(longest, kShare * term.longest_step(point(x), d));
   });
-  return std::min(longest, admissible_step(system_.rest(), end_, shift_,
-                                           [&](Index e) { return needs_volume(e); }));
+  longest = std::min(longest, admissible_step(system_.rest(), end_, shift_,
+                                              [&](Index e) { return needs_volume(e); }));
+  return has_stretch_limit(system_.elastic())
+             ? stretch_limited_step(system_.elastic(), end_, shift_, longest)
+             : longest;
 }
 
 void DiscreteGradientStep::linearize(const Vector& u) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <concepts>
 #include <limits>
 #include <utility>
 #include <variant>
@@ -267,16 +268,25 @@ double PotentialProblem::longest_step(const Vector& u, const Vector& d,
                                       bool elements_are_safe) const {
   constexpr double kShare = 0.9;
   const double longest = std::min(1.0, kShare * longest_term_step(u, d));
-  if (elements_are_safe) return least_of_parts(system_.part(), longest);
+  const bool is_limited = has_stretch_limit(system_.elastic());
+  if (elements_are_safe && !is_limited) return least_of_parts(system_.part(), longest);
   at_ = origin_ + u;
-  return least_of_parts(
-      system_.part(), std::min(longest, admissible_step(system_.rest(), at_, d,
-                                                        [&](Index e) { return needs_volume(e); })));
+  double step = std::min(
+      longest, admissible_step(system_.rest(), at_, d, [&](Index e) { return needs_volume(e); }));
+  if (is_limited) step = stretch_limited_step(system_.elastic(), at_, d, step);
+  return least_of_parts(system_.part(), step);
 }
 
 bool PotentialProblem::needs_volume(Index e) const {
   const ElasticPotential& elastic = system_.elastic();
-  return !std::holds_alternative<StVenantKirchhoff>(
+  return std::visit(
+      []<class M>(const M&) {
+        if constexpr (std::same_as<M, CustomMaterial>) {
+          return true;
+        } else {
+          return !M::kDefinedForAnyJacobian;
+        }
+      },
       elastic.materials()[static_cast<std::size_t>(elastic.material_index(e))].model());
 }
 

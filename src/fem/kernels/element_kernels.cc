@@ -11,6 +11,7 @@
 
 #include "element_parameters-inl.h"
 #include "material/laws/laws-inl.h"
+#include "principal-inl.h"
 #include "simd_records-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -209,6 +210,45 @@ HWY_INLINE bool evaluate_i2(Tag tag, const P& material, const Columns<Vec>& e,
   return all_positive(tag, j);
 }
 
+// The same for a law in principal stretches.
+template <bool kGradient, class M, class P>
+HWY_INLINE bool evaluate_principal(Tag tag, const P& material, const Columns<Vec>& e,
+                                   const Symmetric<Vec>& vg, Vec inverse_six_volume, Vec tension,
+                                   Vec& energy, Columns<Vec>& gradient) {
+  const Vec inverse_volume = hn::Mul(inverse_six_volume, hn::Set(tag, 6.0));
+  Columns<Vec> cofactor;
+  const Vec det = cofactors(e, cofactor);
+  const Vec j = hn::Mul(det, inverse_six_volume);
+  const Vec inverse_j = hn::Div(hn::Set(tag, 1.0), j);
+  Symmetric<Vec> g;
+  for (int k = 0; k < 6; ++k) g.m[k] = hn::Mul(vg.m[k], inverse_volume);
+  const auto frame = PrincipalFrame<Tag>::of_edges(tag, e, g);
+  Invariants<Real> s;
+  s.j = Real(j);
+  s.volume_change = Real(j) - Real(1.0);
+  s.log_j = Real(0.0);  // not used by the quadratic part
+  const Volumetric<Real> volumetric(VolumetricPart::kQuadratic, s);
+  const Real volume = Real(1.0) / Real(inverse_volume);
+  if constexpr (kGradient) {
+    // Ψ_L V/det e + t/6
+    const Real slope = Real(material.kappa) * volumetric.first_derivative;
+    const Vec factor = hn::Mul(hn::MulAdd(slope.v, inverse_j, tension), hn::Set(tag, 1.0 / 6.0));
+    Real principal[3];
+    frame.stretches.template stress<Law<M>>(material, principal);
+    Symmetric<Vec> stress;
+    frame.stress(principal, volume, stress);
+    multiply(e, stress, gradient);
+    for (int k = 0; k < 9; ++k) {
+      gradient.m[k / 3][k % 3] =
+          hn::MulAdd(factor, cofactor.m[k / 3][k % 3], gradient.m[k / 3][k % 3]);
+    }
+  }
+  energy = (volume * mul_add(Real(material.kappa), volumetric.energy,
+                             frame.stretches.template energy<Law<M>>(material)))
+               .v;
+  return all_positive(tag, j);
+}
+
 template <bool kGradient, bool kHasDisplacements, class Source>
 HWY_NOINLINE BlockSums run_vector_by_vector(const BatchView& batches, const Source& source,
                                             const double* HWY_RESTRICT positions,
@@ -235,6 +275,10 @@ HWY_NOINLINE BlockSums run_vector_by_vector(const BatchView& batches, const Sour
     if constexpr (TermsOf<M>::kStrain) {
       admissible &=
           evaluate_strain<kGradient, M>(tag, material, e, vg, inverse_six_volume, energy, gradient);
+    } else if constexpr (TermsOf<M>::kPrincipal) {
+      admissible &= evaluate_principal<kGradient, M>(
+          tag, material, e, vg, inverse_six_volume,
+          load_tension(tag, batches.tensions, batch, lane), energy, gradient);
     } else {
       admissible &= evaluate_i2<kGradient, M>(tag, material, e, vg, inverse_six_volume,
                                               load_tension(tag, batches.tensions, batch, lane),
@@ -323,6 +367,10 @@ HWY_NOINLINE BlockSums run_in_stages(const BatchView& batches, const Source& sou
                                        Real(log_j[i]),
                                        Real(s.j),
                                        Real(s.j) - Real(1.0)};
+          if constexpr (HasStretchLimit<M>) {
+            const Vec margin = Law<M>::margin(material, given).v;
+            admissible &= hn::AllTrue(tag, hn::Gt(margin, hn::Zero(tag)));
+          }
           const Vec volume = hn::Mul(hn::Mul(s.det, inverse_j[i]), sixth);
           Vec& sum = sums[first_lane / kLanes + i];
           sum = hn::MulAdd(volume, Law<M>::energy(material, given).v, sum);
@@ -350,7 +398,7 @@ BlockSums run(const BatchView& batches, const IsotropicModel& model, const doubl
   return std::visit(
       [&]<class M>(const M& material) HWY_ATTR {
         return with_parameters(batches, material, [&](const auto& parameters) HWY_ATTR {
-          if constexpr (TermsOf<M>::kStrain || TermsOf<M>::kI2) {
+          if constexpr (TermsOf<M>::kStrain || TermsOf<M>::kI2 || TermsOf<M>::kPrincipal) {
             return run_vector_by_vector<kGradient, kHasDisplacements>(
                 batches, parameters, positions, displacements, gradients);
           } else {

@@ -10,35 +10,11 @@
 #include "material/laws/laws-inl.h"
 #include "simd_records-inl.h"
 #include "tangent_kernels.h"
+#include "tangent_principal-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace tetraction {
 namespace HWY_NAMESPACE {
-
-using DoubleTag = hn::CappedTag<double, 8>;
-using DoubleVec = hn::Vec<DoubleTag>;
-
-HWY_INLINE void store_number(DoubleVec v, double* to) {
-  hn::Store(v, DoubleTag(), to);
-}
-HWY_INLINE void store_number(DoubleVec v, float* to) {
-  const hn::Rebind<float, DoubleTag> tag;
-  hn::Store(hn::DemoteTo(tag, v), tag, to);
-}
-
-// Writes the numbers of the state of the elements in the lanes, one after the other.
-template <class T>
-class StateWriter {
- public:
-  explicit StateWriter(T* state) : next_(state) {}
-  HWY_INLINE void put(DoubleVec v) {
-    store_number(v, next_);
-    next_ += kBatchLanes;
-  }
-
- private:
-  T* next_;
-};
 
 // The form of the stiffness of a material without viscosity.
 template <class M>
@@ -48,6 +24,7 @@ constexpr TangentForm form_of() {
     return TangentForm::kMetric;
   } else {
     TangentForm form = TangentForm::kSpatial;
+    if (Terms::kPrincipal) form = form | TangentForm::kPrincipal;
     if (Terms::kI2) form = form | TangentForm::kMetric;
     if (Terms::kI1Coupled) form = form | TangentForm::kCoupled;
     if (Terms::kI2Coupled) form = form | TangentForm::kCoupledI2;
@@ -134,8 +111,9 @@ HWY_NOINLINE void prepare(const BatchView& batches, const Source& source,
                                    log_j,
                                    Real(j),
                                    Real(j) - Real(1.0)};
-      const auto first = Law<M>::first_derivatives(material, given);
-      const auto second = Law<M>::second_derivatives(material, given);
+      const auto first = first_derivatives<M>(material, given);
+      const auto second = second_derivatives<M>(material, given);
+      const auto principal = principal_terms<M>(tag, material, e, vg, inverse_volume, volume);
       const Real twice_i1 = Real(2.0) * first.i1;
       if constexpr (Terms::kI2) {
         const Real twice_i2 = Real(2.0) * first.i2;
@@ -146,6 +124,8 @@ HWY_NOINLINE void prepare(const BatchView& batches, const Source& source,
         }
         a1 = -(twice_i2 * volume);
         a2 = twice_i2 * volume + scaled(2.0, volume, second.i1_i1);
+      } else if constexpr (Terms::kPrincipal) {
+        stress = principal.stress;
       } else {
         for (int k = 0; k < 6; ++k) stress.m[k] = hn::Mul(twice_i1.v, vg.m[k]);
       }
@@ -183,6 +163,7 @@ HWY_NOINLINE void prepare(const BatchView& batches, const Source& source,
         write.put(scaled(4.0, volume, second.i1_i2).v);
         write.put(scaled(2.0, volume, second.i2_log_j).v);
       }
+      if constexpr (Terms::kPrincipal) principal.write(write);
     }
   });
 }
@@ -196,6 +177,7 @@ struct State {
   static constexpr bool kHasMetric = has(kForm, TangentForm::kMetric);
   static constexpr bool kHasCoupled = has(kForm, TangentForm::kCoupled);
   static constexpr bool kHasCoupledI2 = has(kForm, TangentForm::kCoupledI2);
+  static constexpr bool kHasPrincipal = has(kForm, TangentForm::kPrincipal);
 
   Symmetric<Vec> stress;
   Columns<Vec> w;
@@ -207,6 +189,9 @@ struct State {
   Vec s_zz, s_zw;
   Columns<Vec> b;
   Vec s_bb, s_zb, s_wb;
+  Columns<Vec> y_i;  // yᵢ, bᵢ
+  Columns<Vec> b_i;
+  PrincipalTangent<Number<Tag>> principal;  // times V
 
   HWY_INLINE State(Tag tag, const T* HWY_RESTRICT at) {
     const auto next = [&]() HWY_ATTR {
@@ -237,13 +222,16 @@ struct State {
       s_zb = next();
       s_wb = next();
     }
+    if constexpr (kHasPrincipal) {
+      for (int i = 0; i < 9; ++i) y_i.m[i / 3][i % 3] = next();
+      for (int i = 0; i < 9; ++i) b_i.m[i / 3][i % 3] = next();
+      for (Number<Tag>& theta : principal.theta) theta = Number<Tag>(next());
+      for (int i = 0; i < 3; ++i) {
+        for (int j = i; j < 3; ++j) principal.h[i][j] = principal.h[j][i] = Number<Tag>(next());
+      }
+    }
   }
 };
-
-template <class Vec>
-HWY_INLINE Vec dot(const Vec* a, const Vec* b) {
-  return hn::MulAdd(a[2], b[2], hn::MulAdd(a[1], b[1], hn::Mul(a[0], b[0])));
-}
 
 // force += factor v.
 template <class Vec>
@@ -332,6 +320,7 @@ HWY_NOINLINE void apply(const BatchView& batches, const T* HWY_RESTRICT state,
                 force.m[k / 3][k % 3] = hn::Add(force.m[k / 3][k % 3], more.m[k / 3][k % 3]);
               }
             }
+            if constexpr (LoadedState::kHasPrincipal) add_principal(s, de, force);
             RecordAccess<Tag>::add_balanced(tag, force, result, slots, kBatchLanes);
           });
 }
@@ -434,6 +423,23 @@ HWY_NOINLINE void diagonal_blocks(const BatchView& batches, const T* HWY_RESTRIC
               }
             }
           }
+          if constexpr (State<Tag, kForm>::kHasPrincipal) {
+            using Real = Number<Tag>;
+            Real at[3];
+            for (int i = 0; i < 3; ++i) {
+              const Vec* own = s.b_i.m[i];
+              at[i] = Real(node == 0 ? hn::Add(own[0], hn::Add(own[1], own[2]))
+                                     : own[node == 0 ? 0 : node - 1]);
+            }
+            Real factors[3][3];
+            s.principal.factors(at, at, factors);
+            for (int i = 0; i < 3; ++i) {
+              parts[i] = entry_of(factors, s.y_i, i, i, parts[i]);
+              for (int j = i + 1; j < 3; ++j) {
+                parts[2 + i + j] = entry_of(factors, s.y_i, i, j, parts[2 + i + j]);
+              }
+            }
+          }
           for (int k = 0; k < 6; ++k) hn::Store(parts[k], tag, block[k]);
           const uint16_t* slot = slots + static_cast<size_t>(node) * kBatchLanes;
           for (size_t i = 0; i < kLanes; ++i) {
@@ -473,6 +479,14 @@ HWY_NOINLINE void stiffness(const double* HWY_RESTRICT state, double* HWY_RESTRI
       }
     }
     const auto block = [&](int a, int b, Vec* out) HWY_ATTR {  // of the nodes a + 1 and b + 1
+      [[maybe_unused]] Number<Tag> factors[3][3];
+      if constexpr (State<Tag, kForm>::kHasPrincipal) {
+        using Real = Number<Tag>;
+        const auto& m = s.b_i.m;
+        const Real at_a[3] = {Real(m[0][a]), Real(m[1][a]), Real(m[2][a])};
+        const Real at_b[3] = {Real(m[0][b]), Real(m[1][b]), Real(m[2][b])};
+        s.principal.factors(at_a, at_b, factors);
+      }
       for (int r = 0; r < 3; ++r) {
         for (int c = 0; c < 3; ++c) {
           Vec sum = r == c ? s.stress(a, b) : hn::Zero(tag);
@@ -499,6 +513,7 @@ HWY_NOINLINE void stiffness(const double* HWY_RESTRICT state, double* HWY_RESTRI
             sum = hn::MulAdd(s.a1, first, sum);
             sum = hn::MulAdd(hn::Mul(hn::Add(s.a2, s.a2), z.m[a][r]), z.m[b][c], sum);
           }
+          if constexpr (State<Tag, kForm>::kHasPrincipal) sum = entry_of(factors, s.y_i, r, c, sum);
           out[3 * r + c] = sum;
         }
       }

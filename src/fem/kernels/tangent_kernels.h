@@ -18,10 +18,15 @@
 // second Piola–Kirchhoff stress without Ψ_L, pulled back to the rest edges and multiplied by V.
 // Viscosity has S and the metric term with a₁ only.
 //
+// A law in principal stretches (principal-inl.h) has S = V Σ sᵢ bᵢ bᵢᵀ instead, and the term e [V Σ S'ᵢⱼ bᵢ bⱼᵀ] with
+// S'ᵢᵢ = Σⱼ hᵢⱼ bⱼᵀ dc bⱼ and S'ᵢⱼ = θᵢⱼ bᵢᵀ dc bⱼ.
+//
 // One formula therefore serves all materials. A kernel computes the terms only that the law has. S
 // and all quantities after it are the *state* of an element, which is computed once for many
 // products.
 #pragma once
+
+#include <algorithm>
 
 #include "element_kernels.h"
 
@@ -29,10 +34,11 @@ namespace tetraction {
 
 /// The set of terms that a stiffness has besides S.
 enum class TangentForm {
-  kSpatial = 1,   ///< w, k, l: laws that depend on J
-  kMetric = 2,    ///< e, G, a₁, a₂: laws that depend on I₂, and viscosity
-  kCoupled = 4,   ///< z, s_zz, s_zw
-  kCoupledI2 = 8  ///< b, s_bb, s_zb, s_wb; beside kCoupled
+  kSpatial = 1,    ///< w, k, l: laws that depend on J
+  kMetric = 2,     ///< e, G, a₁, a₂: laws that depend on I₂, and viscosity
+  kCoupled = 4,    ///< z, s_zz, s_zw
+  kCoupledI2 = 8,  ///< b, s_bb, s_zb, s_wb; beside kCoupled
+  kPrincipal = 16  ///< yᵢ, bᵢ, θᵢⱼ, hᵢⱼ: laws in principal stretches
 };
 constexpr TangentForm operator|(TangentForm a, TangentForm b) {
   return static_cast<TangentForm>(static_cast<int>(a) | static_cast<int>(b));
@@ -46,7 +52,8 @@ TangentForm tangent_form(const IsotropicModel& material, bool viscous);
 
 // The state of an element holds S (6 numbers), then the terms that the form has, in the order
 // spatial: w (9), k, l; metric: e (9), G (6), a₁, a₂; coupled: z (9), s_zz, s_zw;
-// coupled with I₂: b (9), s_bb, s_zb, s_wb. The functions below tell where the terms begin.
+// coupled with I₂: b (9), s_bb, s_zb, s_wb; principal: yᵢ (9), bᵢ (9), V θ₁₂, V θ₂₀, V θ₀₁, V hᵢⱼ (00 01 02 11 12 22).
+// The functions below tell where the terms begin.
 constexpr int tangent_metric_offset(TangentForm form) {
   return has(form, TangentForm::kSpatial) ? 17 : 6;
 }
@@ -56,10 +63,17 @@ constexpr int tangent_coupled_offset(TangentForm form) {
 /// The number of numbers in the state of an element.
 constexpr int tangent_numbers(TangentForm form) {
   return tangent_coupled_offset(form) + (has(form, TangentForm::kCoupled) ? 11 : 0) +
-         (has(form, TangentForm::kCoupledI2) ? 12 : 0);
+         (has(form, TangentForm::kCoupledI2) ? 12 : 0) +
+         (has(form, TangentForm::kPrincipal) ? 27 : 0);
 }
-constexpr int kMostTangentNumbers = tangent_numbers(
-    TangentForm::kSpatial | TangentForm::kMetric | TangentForm::kCoupled | TangentForm::kCoupledI2);
+constexpr int tangent_principal_offset(TangentForm form) {
+  return tangent_numbers(form) - 27;
+}
+// No law is coupled and in principal stretches.
+constexpr int kMostTangentNumbers = std::max(
+    tangent_numbers(TangentForm::kSpatial | TangentForm::kMetric | TangentForm::kCoupled |
+                    TangentForm::kCoupledI2),
+    tangent_numbers(TangentForm::kSpatial | TangentForm::kMetric | TangentForm::kPrincipal));
 
 /// Computes the state of all elements at `positions`: tangent_numbers(form) × kBatchLanes numbers per
 /// batch.

@@ -9,6 +9,7 @@
 #include "failure_place.h"
 #include "simulation/stepping/limit_estimates.h"
 #include "tetraction/dynamics/whole_body.h"
+#include "tetraction/fem/step_length.h"
 
 namespace tetraction {
 
@@ -31,6 +32,9 @@ Diagnosis diagnose_step(const RunData& run, const StepStrategy& strategy,
       now.what = is_automatic(run.settings.time)
                      ? "the body is crushed or torn (inverted, J <= 0, whatever the step)"
                      : "the material's energy is not defined (inverted, J <= 0)";
+      if (has_stretch_limit(system.elastic())) {
+        now.what += ", or a material is stretched to its limit";
+      }
       break;
     case StepStatus::kNotFinite:
       now.what = outcome.message.empty() ? "positions, momenta or energies are not finite numbers"
