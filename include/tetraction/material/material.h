@@ -10,6 +10,7 @@
 #include "tetraction/material/material_concept.h"
 #include "tetraction/material/mooney_rivlin.h"
 #include "tetraction/material/neo_hookean.h"
+#include "tetraction/material/ogden.h"
 #include "tetraction/material/st_venant_kirchhoff.h"
 #include "tetraction/material/yeoh.h"
 
@@ -17,7 +18,7 @@ namespace tetraction {
 
 /// The materials of the program. Names, scene keys, the fields of the window, tables and tests follow from
 /// this list. The formulas of each are in a file of src/material/laws.
-using IsotropicModel = std::variant<StVenantKirchhoff, NeoHookean, MooneyRivlin, Yeoh>;
+using IsotropicModel = std::variant<StVenantKirchhoff, NeoHookean, MooneyRivlin, Yeoh, Ogden>;
 
 /// The types of a variant and one more.
 template <class Variant, class More>
