@@ -12,7 +12,7 @@ from support.scenes import plane, tables
 class Check(BeamTest):
     def test_derivatives_are_exact(self):
         report = self.json_of("check beam.toml")
-        self.assertEqual(len(report["derivatives"]), 5)
+        self.assertEqual(len(report["derivatives"]), 6)
         nodal = self.json_of("check beam.toml --set", 'mesh.volume="nodal"')
         self.assertEqual(nodal["derivatives"][-1]["material"], "nodal volumes")
         for row in report["derivatives"] + nodal["derivatives"]:

@@ -192,7 +192,8 @@ TEST_F(SceneReader, UnknownWordsAreRefusedWithTheNearest) {
   refuses("[environment]\nkind = \"custom\"\n", "8:1: environment.kind",
           {"none, gravity or attraction"});
   expect_refusal(kSmall, "--set material.model=custom: material.model",
-                 {"stvk, neo-hookean, mooney-rivlin, yeoh or ogden"}, {"material.model=custom"});
+                 {"stvk, neo-hookean, mooney-rivlin, yeoh, ogden or gent"},
+                 {"material.model=custom"});
   expect_refusal("[mesh]\ngenerate = { kind = \"ball\" }\n",
                  "scene.toml:2:14: mesh.generate.kind = \"ball\"", {"beam, box, cube"});
 }

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "tetraction/material/custom_material.h"
+#include "tetraction/material/gent.h"
 #include "tetraction/material/material_concept.h"
 #include "tetraction/material/mooney_rivlin.h"
 #include "tetraction/material/neo_hookean.h"
@@ -18,7 +19,7 @@ namespace tetraction {
 
 /// The materials of the program. Names, scene keys, the fields of the window, tables and tests follow from
 /// this list. The formulas of each are in a file of src/material/laws.
-using IsotropicModel = std::variant<StVenantKirchhoff, NeoHookean, MooneyRivlin, Yeoh, Ogden>;
+using IsotropicModel = std::variant<StVenantKirchhoff, NeoHookean, MooneyRivlin, Yeoh, Ogden, Gent>;
 
 /// The types of a variant and one more.
 template <class Variant, class More>
