@@ -1,5 +1,5 @@
-#include "tetraction/dynamics/body_sums.h"
 #include "tetraction/dynamics/terms/force_term.h"
+#include "tetraction/dynamics/body_sums.h"
 
 #include "support/bodies.h"
 #include "support/force_terms.h"

@@ -8,7 +8,10 @@
 #endif
 
 #include "discrete_gradient_kernels.h"
+// These have names of their own for what has the names Vec and Real below: they come first.
+#include "element_parameters-inl.h"
 #include "material/laws/laws-inl.h"
+#include "principal-inl.h"
 #include "simd_records-inl.h"
 
 HWY_BEFORE_NAMESPACE();

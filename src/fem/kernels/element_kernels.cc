@@ -223,10 +223,9 @@ HWY_INLINE bool evaluate_principal(Tag tag, const P& material, const Columns<Vec
   Symmetric<Vec> g;
   for (int k = 0; k < 6; ++k) g.m[k] = hn::Mul(vg.m[k], inverse_volume);
   const auto frame = PrincipalFrame<Tag>::of_edges(tag, e, g);
-  Invariants<Real> s;
-  s.j = Real(j);
-  s.volume_change = Real(j) - Real(1.0);
-  s.log_j = Real(0.0);  // not used by the quadratic part
+  // The quadratic part uses J and J − 1 only.
+  const Real zero(0.0);
+  const Invariants<Real> s{zero, zero, zero, zero, Real(j), Real(j) - Real(1.0)};
   const Volumetric<Real> volumetric(VolumetricPart::kQuadratic, s);
   const Real volume = Real(1.0) / Real(inverse_volume);
   if constexpr (kGradient) {

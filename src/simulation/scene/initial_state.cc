@@ -8,12 +8,12 @@
 #include <utility>
 
 #include "body_constraints.h"
+#include "setting_keys.h"
 #include "shared_error.h"
 #include "tetraction/core/error.h"
 #include "tetraction/dynamics/body_sums.h"
 #include "tetraction/dynamics/constraints/multipliers.h"
 #include "tetraction/simulation/equilibrium.h"
-#include "setting_keys.h"
 
 namespace tetraction {
 namespace {

@@ -115,7 +115,7 @@ class NumberOrArray : public ValueOf<S> {
     if (const auto* at = std::get_if<Numbers S::*>(&member_)) {
       (s.**at)[name_] = value;
     } else if (const auto* plain = std::get_if<double S::*>(&member_)) {
-      s.**plain = value;
+      s.** plain = value;
     } else {
       s.*std::get<std::optional<double> S::*>(member_) = value;
     }

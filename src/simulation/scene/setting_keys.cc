@@ -5,8 +5,8 @@
 #include <cmath>
 
 #include "core/quoting.h"
-#include "sections.h"
 #include "number_or_array.h"
+#include "sections.h"
 #include "setting_values.h"
 
 namespace tetraction {

@@ -396,8 +396,9 @@ void check_list(const Json& node, int most, const Refusal& refuse) {
 std::string array_of(const Json& entry, const Refusal& refuse) {
   if (entry.size() != 1 || !entry.contains("array") || !entry["array"].is_string() ||
       entry["array"].get_ref<const std::string&>().empty()) {
-    refuse("has a table as an entry; it must be { array = \"NAME\" } with the name of a cell array "
-           "of the mesh file.");
+    refuse(
+        "has a table as an entry; it must be { array = \"NAME\" } with the name of a cell array "
+        "of the mesh file.");
   }
   return entry["array"].get<std::string>();
 }

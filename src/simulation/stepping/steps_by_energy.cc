@@ -58,7 +58,8 @@ class StepsByEnergy final : public AdaptiveSteps {
 double StepsByEnergy::full_energy(const State& at, double& magnitude) const {
   const MechanicalSystem& system = *run_.system;
   Energies energies = run_.balance->energies();
-  if (!evaluate_energies(system, at, energies).ok()) return std::numeric_limits<double>::quiet_NaN();
+  if (!evaluate_energies(system, at, energies).ok())
+    return std::numeric_limits<double>::quiet_NaN();
   double energy = energies.total();
   magnitude = 0.0;
   for (const Energies::Entry& entry : energies.entries()) magnitude += std::abs(entry.value);
