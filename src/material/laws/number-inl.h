@@ -25,7 +25,8 @@ template <class Tag>
 struct Number {
   hn::Vec<Tag> v;
 
-  HWY_INLINE Number() : v(hn::Undefined(Tag())) {}
+  // Zero instead of an undefined value, which compilers warn of where they see no use of it.
+  HWY_INLINE Number() : v(hn::Zero(Tag())) {}
   HWY_INLINE Number(double constant)  // NOLINT(google-explicit-constructor)
       : v(hn::Set(Tag(), static_cast<hn::TFromD<Tag>>(constant))) {}
   HWY_INLINE explicit Number(hn::Vec<Tag> vector) : v(vector) {}

@@ -141,6 +141,9 @@ struct PrincipalTangent {
   Real h[3][3];
   Real theta[3];  ///< theta[i] is that of the other two axes
 
+  // A constructor that the compiler makes by itself would not belong to the instruction set.
+  HWY_INLINE PrincipalTangent() {}  // NOLINT(modernize-use-equals-default)
+
   template <class Law, class P>
   static HWY_INLINE PrincipalTangent of(const P& m, const Stretches<Real>& at) {
     PrincipalTangent t;
