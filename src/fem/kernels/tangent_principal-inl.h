@@ -74,7 +74,10 @@ struct PrincipalTerms {
   Columns<DoubleVec> y;
   Columns<DoubleVec> b;
   PrincipalTangent<Real> tangent;
-  Real volume = 0.0;
+  Real volume;
+
+  // A constructor that the compiler makes by itself would not belong to the instruction set.
+  HWY_INLINE PrincipalTerms() {}  // NOLINT(modernize-use-equals-default)
 
   template <class T>
   HWY_INLINE void write(StateWriter<T>& writer) const {
