@@ -1,9 +1,10 @@
 #include "tetraction/dynamics/balance.h"
-#include "tetraction/dynamics/body_sums.h"
 
 #include <algorithm>
 #include <cmath>
 #include <utility>
+
+#include "tetraction/dynamics/body_sums.h"
 
 namespace tetraction {
 

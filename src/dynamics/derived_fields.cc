@@ -1,5 +1,4 @@
 #include "tetraction/dynamics/derived_fields.h"
-#include "tetraction/dynamics/body_sums.h"
 
 #include <Eigen/LU>
 #include <array>
@@ -10,6 +9,7 @@
 #include "dynamics/constraints/proper_rotation.h"
 #include "quadratic_element.h"
 #include "tetraction/core/parallel.h"
+#include "tetraction/dynamics/body_sums.h"
 #include "tetraction/dynamics/nodal_volume/nodal_volume.h"
 
 namespace tetraction {

@@ -1,5 +1,4 @@
 #include "tetraction/dynamics/terms/force_field.h"
-#include "tetraction/dynamics/body_sums.h"
 
 #include <algorithm>
 #include <cmath>
@@ -8,6 +7,7 @@
 #include "support/bodies.h"
 #include "tetraction/core/error.h"
 #include "tetraction/dynamics/balance.h"
+#include "tetraction/dynamics/body_sums.h"
 #include "tetraction/simulation/scene_objects.h"
 
 namespace tetraction {

@@ -1,5 +1,4 @@
 #include "tetraction/mesh/mesh_part.h"
-#include "tetraction/dynamics/body_sums.h"
 
 #include <gtest/gtest.h>
 
@@ -11,6 +10,7 @@
 #include "support/bodies.h"
 #include "support/lone_part.h"
 #include "tetraction/dynamics/balance.h"
+#include "tetraction/dynamics/body_sums.h"
 #include "tetraction/dynamics/steppers/stepper.h"
 
 namespace tetraction {

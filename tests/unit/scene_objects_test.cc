@@ -1,5 +1,4 @@
 #include "tetraction/simulation/scene_objects.h"
-#include "tetraction/dynamics/body_sums.h"
 
 #include <limits>
 #include <string>
@@ -7,6 +6,7 @@
 #include "support/bodies.h"
 #include "support/messages.h"
 #include "tetraction/core/error.h"
+#include "tetraction/dynamics/body_sums.h"
 
 namespace tetraction {
 namespace {

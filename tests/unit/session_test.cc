@@ -1,5 +1,4 @@
 #include "tetraction/simulation/session.h"
-#include "tetraction/dynamics/body_sums.h"
 
 #include <algorithm>
 #include <cmath>
@@ -9,6 +8,7 @@
 #include "support/rules.h"
 #include "support/scene_parts.h"
 #include "tetraction/core/error.h"
+#include "tetraction/dynamics/body_sums.h"
 
 namespace tetraction {
 namespace {

@@ -1,5 +1,4 @@
 #include "dynamics/steppers/turned_guess.h"
-#include "tetraction/dynamics/body_sums.h"
 
 #include <gtest/gtest.h>
 #include <Eigen/Geometry>
@@ -8,6 +7,7 @@
 #include <cmath>
 
 #include "support/bodies.h"
+#include "tetraction/dynamics/body_sums.h"
 
 namespace tetraction {
 namespace {

@@ -1,9 +1,10 @@
 #include "tetraction/dynamics/problems/static_problem.h"
-#include "tetraction/dynamics/body_sums.h"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
+
+#include "tetraction/dynamics/body_sums.h"
 
 namespace tetraction {
 

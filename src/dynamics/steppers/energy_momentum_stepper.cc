@@ -1,6 +1,5 @@
 // The energy-momentum step (Simo & Tarnow 1992; Gonzalez 2000).
 #include <fmt/format.h>
-#include "tetraction/dynamics/body_sums.h"
 
 #include <Eigen/Geometry>
 
@@ -15,6 +14,7 @@
 #include "dynamics/problems/solve_to_round_off.h"
 #include "dynamics/terms/term_forces.h"
 #include "implicit_stepper.h"
+#include "tetraction/dynamics/body_sums.h"
 #include "turned_guess.h"
 
 namespace tetraction {

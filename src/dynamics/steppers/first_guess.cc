@@ -1,5 +1,4 @@
 #include "first_guess.h"
-#include "tetraction/dynamics/body_sums.h"
 
 #include <Eigen/LU>
 #include <algorithm>
@@ -10,6 +9,7 @@
 #include "core/conjugate_gradients.h"
 #include "dynamics/constraints/proper_rotation.h"
 #include "fem/element_sums.h"
+#include "tetraction/dynamics/body_sums.h"
 
 namespace tetraction {
 

@@ -1,5 +1,4 @@
 #include "turned_guess.h"
-#include "tetraction/dynamics/body_sums.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -7,6 +6,7 @@
 
 #include "dynamics/constraints/proper_rotation.h"
 #include "dynamics/constraints/rigid_motions.h"
+#include "tetraction/dynamics/body_sums.h"
 
 namespace tetraction {
 

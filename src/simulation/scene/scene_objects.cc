@@ -1,5 +1,4 @@
 #include "tetraction/simulation/scene_objects.h"
-#include "tetraction/dynamics/body_sums.h"
 
 #include <fmt/format.h>
 
@@ -16,6 +15,7 @@
 #include "initial_state.h"
 #include "shared_error.h"
 #include "tetraction/core/error.h"
+#include "tetraction/dynamics/body_sums.h"
 #include "tetraction/dynamics/constraints/multipliers.h"
 #include "tetraction/dynamics/nodal_volume/nodal_volume.h"
 #include "tetraction/mesh/generate.h"

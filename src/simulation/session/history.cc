@@ -1,10 +1,10 @@
 #include "tetraction/simulation/history.h"
-#include "tetraction/dynamics/body_sums.h"
 
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
 
+#include "tetraction/dynamics/body_sums.h"
 #include "tetraction/dynamics/derived_fields.h"
 #include "tetraction/dynamics/whole_body.h"
 #include "tetraction/simulation/equilibrium.h"

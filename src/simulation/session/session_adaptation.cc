@@ -1,6 +1,5 @@
 // Steps that are repeated in smaller ones (time.retry) and steps whose size adapts (time.adapt).
 #include <fmt/format.h>
-#include "tetraction/dynamics/body_sums.h"
 
 #include <algorithm>
 #include <cmath>
@@ -9,6 +8,7 @@
 
 #include "mesh/bounding_box.h"
 #include "session_impl.h"
+#include "tetraction/dynamics/body_sums.h"
 
 namespace tetraction {
 namespace {
