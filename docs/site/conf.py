@@ -116,13 +116,17 @@ def toctree(match):
 
 
 def reference(match):
-    """The directives of Breathe for the headers of a folder."""
+    """The directives of Breathe for the headers of a folder and of the folders inside it."""
     folder = os.path.join(ROOT, "include", "tetraction", match[1])
     lines = []
-    for header in sorted(os.listdir(folder)):
-        if header.endswith(".h"):
-            name = f"tetraction/{match[1]}/{header}"
-            lines += [f"## {header}", "", f"    #include \"{name}\"", "",
+    for inner, folders, headers in os.walk(folder):
+        folders.sort()
+        for header in sorted(headers):
+            if not header.endswith(".h"):
+                continue
+            path = os.path.relpath(os.path.join(inner, header), folder)
+            name = f"tetraction/{match[1]}/{path}"
+            lines += [f"## {path}", "", f"    #include \"{name}\"", "",
                       f"```{{doxygenfile}} {name}", ":sections: briefdescription detaileddescription "
                       "innerclass innernamespace enum func define typedef var "
                       "public-type public-func public-static-func public-attrib public-static-attrib "

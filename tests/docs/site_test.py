@@ -93,8 +93,9 @@ class Site(unittest.TestCase):
         for folder in os.listdir(headers):
             with open(os.path.join(self.html, "api", folder + ".html"), encoding="utf-8") as file:
                 text = file.read()
-            for header in os.listdir(os.path.join(headers, folder)):
-                self.assertIn(f"tetraction/{folder}/{header}", text)
+            for inner, _, names in os.walk(os.path.join(headers, folder)):
+                for name in names:
+                    self.assertIn(os.path.relpath(os.path.join(inner, name), os.path.dirname(headers)), text)
         with open(os.path.join(self.html, "api", "mesh.html"), encoding="utf-8") as file:
             self.assertIn("generate_box", file.read())
 

@@ -284,6 +284,24 @@ TEST_P(Throwing, StepsLeaveStateAndBalanceAsTheyWereAndCanBeMadeAgain) {
   EXPECT_EQ(numbers_of(session.balance().sums()), numbers_of(twin.balance().sums()));
 }
 
+TEST(ThrowingEquilibrium, LoadStepsCanBeMadeAgain) {
+  const auto left = std::make_shared<std::atomic<int>>(-1);
+  Scene scene = clamped_beam({2, 1, 1}, {4, 2, 2});
+  scene.environment.kind = EnvironmentKind::kGravity;
+  scene.force_term.push_back(std::make_shared<Thrower>(left));
+  Session session(scene, mesh_of(scene), Analysis::kEquilibrium, 0.5);
+  ASSERT_TRUE(session.step()) << session.message();
+  const State before = session.state();
+  const double error = session.constraint_error();
+  *left = 50;
+  EXPECT_THROW(session.step(), std::runtime_error);
+  *left = -1;
+  EXPECT_EQ(session.state().position, before.position);
+  EXPECT_EQ(session.constraint_error(), error);
+  ASSERT_TRUE(session.step()) << session.message();
+  EXPECT_EQ(session.status(), RunStatus::kFinished);
+}
+
 TEST_P(Throwing, StepsThatAreInterruptedEndSoonAndCanBeMadeAgain) {
   std::atomic<bool> stop{false};
   Scene scene = make_scene();

@@ -1,4 +1,4 @@
-// Why a step failed, and what the user can do.
+// The cause of a failed step, and its remedy.
 #pragma once
 
 #include <optional>
@@ -12,7 +12,7 @@ namespace tetraction {
 /// The cause of a failure, of which the place is known.
 FailureCause cause_of(const RunData& run, const StepOutcome& outcome, const StepFailure& failure);
 
-/// What the user can do about it. `advice`: StepStrategy::advice().
+/// The remedy for the user. `advice`: StepStrategy::advice().
 std::string remedy_for(const RunData& run, const StepFailure& failure, const StepOutcome& outcome,
                        const std::string& advice);
 

@@ -142,12 +142,12 @@ bool Session::step() {
   try {
     return s.step();
   } catch (...) {
-    // What stepper and solver remember may belong to a state that was not reached.
+    // Memory of stepper and solver may belong to a state that was not reached.
     try {
-      renew_stepper(s.run);
+      if (!s.equilibrium) renew_stepper(s.run);
     } catch (...) {
-      s.run.memory.stepper->reset();
     }
+    s.run.memory.stepper->reset();
     throw;
   }
 }

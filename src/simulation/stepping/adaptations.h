@@ -34,11 +34,11 @@ const std::vector<Adaptation>& adaptations();
 /// The one of that name, which is not kNone.
 const Adaptation& adaptation(StepAdaptation name);
 
-/// One file each.
+/// Their descriptions, one in each file of strategies.
 Adaptation adaptation_by_error();
 Adaptation adaptation_by_energy();
 
-/// What the strategies of steps that adapt have in common: bounds, times at which steps must end, and a
+/// Common parts of the strategies of steps that adapt: bounds, times at which steps must end, and a
 /// share of the stability limit that explicit steps must not exceed.
 class AdaptiveSteps : public StepStrategy {
  public:

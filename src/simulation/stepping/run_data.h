@@ -64,7 +64,7 @@ struct RunData {
   const State& state() const { return states.present(); }
 };
 
-/// What times near t are rounded to, s.
+/// Round-off of times near t, s.
 double round_off_of_time(double t);
 /// Adds the warning unless it is empty.
 void add_warning(RunProgress& progress, std::string warning);

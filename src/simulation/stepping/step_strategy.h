@@ -25,7 +25,7 @@ struct StepSpan {
   double end = 0.0;
 };
 
-/// Why a run cannot go on although no step has failed.
+/// The reason for which a run cannot go on although no step has failed.
 struct StepCollapse {
   std::string what;    ///< one clause
   Index element = -1;  ///< the element that is concerned, or −1
@@ -42,7 +42,7 @@ class StepStrategy {
   /// Makes one step, in as many attempts as the strategy takes. If it succeeds, the state, balance and
   /// plan of the run are those after it, otherwise as before.
   virtual StepOutcome advance() = 0;
-  /// What the user can do if a step fails. `limit`: the smaller one of the stability limits at the
+  /// Advice to the user after a failed step. `limit`: the smaller one of the stability limits at the
   /// start and now, s.
   virtual std::string advice(double limit) const = 0;
   /// The warning after a run whose energy error reached this share of the energy that entered.
