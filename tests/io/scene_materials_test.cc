@@ -148,7 +148,7 @@ TEST_F(SceneReader, MaterialRegionsAreRead) {
   const MaterialRegionSettings& first = scene.material_region[0];
   EXPECT_EQ(std::get<SelectBox>(first.select).max, Vector3(1, 1, 1));
   EXPECT_EQ(first.material.model, "stvk");
-  EXPECT_EQ(first.material.mu, 3e5);
+  EXPECT_EQ(number_of(first.material, "mu"), 3e5);
   EXPECT_FALSE(first.material.youngs_modulus);
   EXPECT_EQ(first.material.density, 500.0);
   EXPECT_EQ(first.where, path_ + ":8:1: material_region.0");

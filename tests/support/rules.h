@@ -17,7 +17,7 @@ inline std::vector<Integrator> all_rules() {
 }
 
 /// The name of a case whose parameter is a rule, a solver or a name: its letters and digits.
-inline constexpr auto name_of = [](const auto& info) {
+inline constexpr auto name_of_rule = [](const auto& info) {
   std::string name;
   if constexpr (std::is_convertible_v<decltype(info.param), std::string>) {
     name = info.param;

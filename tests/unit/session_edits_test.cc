@@ -226,7 +226,7 @@ std::vector<NamedEdit> wrong_edits(const Scene& scene) {
 
 class RefusedEdits : public testing::TestWithParam<Integrator> {};
 
-INSTANTIATE_TEST_SUITE_P(Rules, RefusedEdits, testing::ValuesIn(all_rules()), name_of);
+INSTANTIATE_TEST_SUITE_P(Rules, RefusedEdits, testing::ValuesIn(all_rules()), name_of_rule);
 
 TEST_P(RefusedEdits, OfEveryKindLeaveEverythingAsItWas) {
   const Scene scene = edited_scene(GetParam());

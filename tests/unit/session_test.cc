@@ -21,7 +21,7 @@ TetMesh mesh_of(const Scene& scene) {
 
 class EditedSession : public testing::TestWithParam<Integrator> {};
 
-INSTANTIATE_TEST_SUITE_P(Rules, EditedSession, testing::ValuesIn(all_rules()), name_of);
+INSTANTIATE_TEST_SUITE_P(Rules, EditedSession, testing::ValuesIn(all_rules()), name_of_rule);
 
 // Everything that acts on a body, and every kind of edit, in one run.
 TEST_P(EditedSession, TheBooksCloseWithEveryTermAtOnce) {

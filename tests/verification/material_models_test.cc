@@ -54,7 +54,7 @@ TEST_P(ModelAndRule, AndTheOtherMinimizer) {
     GTEST_SKIP() << "The rule has no minimiser.";
   }
   Scene other = scene();
-  other.solver.minimizer = "ceres";
+  other.solver.kind = "ceres";
   expect_good(other);
 }
 

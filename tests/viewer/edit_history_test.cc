@@ -509,8 +509,8 @@ TEST(Recording, AnEventForAnotherModelBringsItsWholeMaterial) {
   make_steps(*simulation, 5);
   expect_no_notices(*simulation);
   const MaterialSettings now = simulation->settings().materials[0];
-  EXPECT_EQ(now.mu, 5e5);
-  EXPECT_EQ(now.lambda, 4e5);
+  EXPECT_EQ(number_of(now, "mu"), 5e5);
+  EXPECT_EQ(number_of(now, "lambda"), 4e5);
   EXPECT_FALSE(now.youngs_modulus.has_value());
 }
 

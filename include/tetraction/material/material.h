@@ -32,7 +32,7 @@ struct Extended<std::variant<M...>, More> {
 /// loop.
 using MaterialModel = Extended<IsotropicModel, CustomMaterial>::Type;
 
-/// Calls body.operator()<M>() for every type M of IsotropicModel.
+/// Calls the template `body` for every type M of IsotropicModel.
 template <class Body>
 void for_each_model(const Body& body) {
   const auto visit = [&]<class... M>(const std::variant<M...>*) {
