@@ -35,12 +35,12 @@ class ModelAndRule : public testing::TestWithParam<std::tuple<std::size_t, Integ
     Session session(scene, mesh_of(scene));
     ASSERT_EQ(session.run(), RunStatus::kFinished) << session.message();
     const Integrator rule = std::get<1>(GetParam());
-    EXPECT_LT(session.balance().linear_momentum_drift(), 1e-11);
-    EXPECT_LT(session.balance().angular_momentum_drift(), 1e-9);
+    // Backward Euler takes angular momentum away. Its residual leaves some linear momentum.
+    const bool is_dissipative = rule == Integrator::kBackwardEuler;
+    EXPECT_LT(session.balance().linear_momentum_drift(), is_dissipative ? 1e-7 : 1e-11);
+    EXPECT_LT(session.balance().angular_momentum_drift(), is_dissipative ? 0.05 : 1e-9);
     const double drift = session.balance().max_relative_energy_drift();
-    EXPECT_LT(drift, rule == Integrator::kEnergyMomentum  ? 1e-10
-                     : rule == Integrator::kBackwardEuler ? 1.0
-                                                          : 0.05);
+    EXPECT_LT(drift, rule == Integrator::kEnergyMomentum ? 1e-10 : is_dissipative ? 1.0 : 0.05);
   }
 };
 

@@ -111,6 +111,11 @@ void read_part(const TomlTable& table, const ScenePart& part, const std::string&
   const std::string_view name = part.section->name;
   if (name == "amplitude") check_amplitude_kind(table);
   read_settings(table, *part.section, part.add(scene));
+  if (name == "probe" && table.has("select") && table.has("point")) {
+    table.refuse("point",
+                 "is one key too many: select and point are both given, and each says where the "
+                 "probe is. Leave one of the two out.");
+  }
   if (name == "mesh" && !scene.mesh.file.empty()) {
     scene.mesh.file = (fs::path(folder) / scene.mesh.file).lexically_normal().string();
   } else if (name == "material") {
@@ -166,13 +171,9 @@ Scene read_sections(const TomlDocument& document, const std::string& path) {
   scene.path = path;
   scene.selection = read_named_selections(root);
   const std::string folder = fs::path(path).parent_path().string();
-  root.require("mesh",
-               "under [mesh], give file = \"…\" or generate = { kind = \"box\", size = [1, 1, 1], "
-               "cells = [4, 4, 4] }.");
-  root.require("material",
-               "under [material], give model, youngs_modulus, poissons_ratio and density.");
   for (const ScenePart& part : scene_parts()) {
     const char* name = part.section->name;
+    if (part.section->needed != nullptr) root.require(name, part.section->needed);
     if (!root.has(name)) continue;
     const TableKeys keys = keys_of_part(*part.section);
     const std::vector<TomlTable> tables =

@@ -110,6 +110,7 @@ std::vector<Key<MaterialSettings>> material_table() {
 SceneSection material_section() {
   using S = MaterialSettings;
   SceneSection section = make_section<S>("material", material_table());
+  section.needed = "under [material], give model, youngs_modulus, poissons_ratio and density.";
   section.unwritable = [](const void* settings) -> std::string {
     const auto& custom = static_cast<const S*>(settings)->custom;
     if (!custom) return {};

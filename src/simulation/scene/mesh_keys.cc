@@ -75,7 +75,7 @@ std::string length_unit_conflict(const MeshSettings& mesh) {
 
 SceneSection mesh_section() {
   using S = MeshSettings;
-  return make_section<S>(
+  SceneSection section = make_section<S>(
       "mesh",
       {{{.name = "file",
          .help =
@@ -130,6 +130,10 @@ SceneSection mesh_section() {
        {{"volume"}, volume_conflict},
        {{"scale"}, scale_conflict},
        {{"unit"}, length_unit_conflict}});
+  section.needed =
+      "under [mesh], give file = \"…\" or generate = { kind = \"box\", size = [1, 1, 1], "
+      "cells = [4, 4, 4] }.";
+  return section;
 }
 
 SceneSection generator_section() {

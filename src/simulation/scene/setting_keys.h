@@ -128,6 +128,8 @@ struct SceneSection {
   bool is_placed_at_key = false;
   /// Why a scene file cannot have the settings, which a program has made; empty if it can.
   std::function<std::string(const void*)> unwritable = nullptr;
+  /// What to give in a scene that lacks the section. Null if a scene may lack it.
+  const char* needed = nullptr;
 
   /// Null if there is no such key.
   const SceneKey* find(std::string_view key) const;

@@ -36,7 +36,7 @@ TEST_F(Panels, MaterialByNumberAndSlider) {
   model->setFocus();
   QTest::keyClick(model, Qt::Key_End);
   settle();
-  EXPECT_EQ(window_->simulation()->settings().materials[0].model, "yeoh");
+  EXPECT_EQ(window_->simulation()->settings().materials[0].model, "gent");
   keep_picture("material");
 }
 
