@@ -4,6 +4,10 @@ target_compile_options(tetraction_options INTERFACE
   -Wall -Wextra -Wshadow -Wconversion -Wno-sign-conversion
   # No fused multiply-add where the source has none: results stay the same on every x86-64.
   -ffp-contract=off)
+if(TETRACTION_UNITY_BUILD)
+  # A source that another one includes is no header: its classes may have members of its own types.
+  target_compile_options(tetraction_options INTERFACE $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>)
+endif()
 if(TETRACTION_WARNINGS_AS_ERRORS)
   target_compile_options(tetraction_options INTERFACE -Werror)
 endif()

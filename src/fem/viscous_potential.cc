@@ -13,7 +13,7 @@
 namespace tetraction {
 namespace {
 
-Matrix3 green_strain(const Matrix3& f) {
+Matrix3 strain_of(const Matrix3& f) {
   return 0.5 * (f.transpose() * f - Matrix3::Identity());
 }
 
@@ -25,13 +25,13 @@ class ViscousDensity {
       : factor_(factor), initial_strain_(initial_strain) {}
   static bool admissible(const Matrix3&) { return true; }
   double energy_density(const Matrix3& f) const {
-    return factor_ * (green_strain(f) - initial_strain_).squaredNorm();
+    return factor_ * (strain_of(f) - initial_strain_).squaredNorm();
   }
   Matrix3 first_piola(const Matrix3& f) const {
-    return 2.0 * factor_ * f * (green_strain(f) - initial_strain_);
+    return 2.0 * factor_ * f * (strain_of(f) - initial_strain_);
   }
   Matrix9 stiffness(const Matrix3& f) const {
-    const Matrix3 stress = 2.0 * factor_ * (green_strain(f) - initial_strain_);
+    const Matrix3 stress = 2.0 * factor_ * (strain_of(f) - initial_strain_);
     const Matrix3 left = factor_ * f * f.transpose();
     Matrix9 a;
     for (int l = 0; l < 3; ++l) {
@@ -93,7 +93,7 @@ struct ViscousPotential::Impl {
   ViscousDensity density(Index i) const {
     const auto point = rest.point(i);
     const Matrix3 f = deformation_gradient(point, 0, rest.gather_relative(*start, i));
-    Matrix3 strain = green_strain(f);
+    Matrix3 strain = strain_of(f);
     if (corrected) {
       const std::int32_t at = lane_index[static_cast<std::size_t>(i)];
       const double* c = correction.data() +

@@ -2,7 +2,7 @@
 # core does not need. Builds no library: that takes minutes.
 file(REMOVE_RECURSE ${FOLDER})
 set(absent)
-foreach(package VTK X11 OpenGL Qt5 Python Python3 MPI nlohmann_json tomlplusplus CLI11 GTest)
+foreach(package VTK X11 OpenGL Qt5 Python Python3 MPI tomlplusplus CLI11 GTest)
   list(APPEND absent -DCMAKE_DISABLE_FIND_PACKAGE_${package}=TRUE)
 endforeach()
 execute_process(COMMAND ${CMAKE_COMMAND} -E env --unset=CMAKE_BUILD_TYPE --unset=CXXFLAGS

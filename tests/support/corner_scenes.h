@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "support/bodies.h"
+#include "support/scene_parts.h"
 #include "tetraction/simulation/session.h"
 
 namespace tetraction::testing_support {
@@ -76,10 +77,6 @@ inline Scene clamped_beam(const Vector3& size, const std::array<int, 3>& cells) 
   clamp.select = SelectPlane{0, 0.0, {}};
   scene.fix.push_back(clamp);
   return scene;
-}
-
-inline TetMesh mesh_of(const Scene& scene) {
-  return generate_mesh(*scene.mesh.generate);
 }
 
 /// Whether a warning of the session contains this text.

@@ -9,14 +9,14 @@
 
 namespace tetraction::testing_support {
 
-// F = diag(λ, b, c) of a state that keeps the volume, and dΨ/dλ along it: the nominal stress of the
+// F = diag(λ, b, c) of a deformation that keeps the volume, and dΨ/dλ along it: the nominal stress of the
 // incompressible material.
-struct State {
+struct Deformation {
   const char* name;
   std::function<Vector3(double)> stretches;
   std::function<Vector3(double)> rates;
 };
-inline std::vector<State> states() {
+inline std::vector<Deformation> deformations() {
   return {{"uniaxial", [](double l) { return Vector3(l, 1 / std::sqrt(l), 1 / std::sqrt(l)); },
            [](double l) {
              const double lateral = -0.5 * std::pow(l, -1.5);
@@ -28,7 +28,7 @@ inline std::vector<State> states() {
            [](double l) { return Vector3(1.0, 0.0, -1.0 / (l * l)); }}};
 }
 template <class M>
-double nominal_stress(const M& material, const State& state, double stretch) {
+double nominal_stress(const M& material, const Deformation& state, double stretch) {
   const Matrix3 f = state.stretches(stretch).asDiagonal();
   return material.first_piola(f).diagonal().dot(state.rates(stretch));
 }

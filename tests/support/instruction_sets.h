@@ -18,7 +18,7 @@ inline std::vector<std::int64_t> instruction_sets() {
   std::vector<std::int64_t> sets;
   const std::int64_t possible = hwy::SupportedTargets() & HWY_TARGETS;
 #if HWY_ARCH_X86
-  for (const std::int64_t set : {HWY_AVX3, HWY_AVX2, HWY_SSE4}) {
+  for (const std::int64_t set : {HWY_AVX3, HWY_AVX2}) {
     if ((possible & set) != 0 && set != HWY_STATIC_TARGET) sets.push_back(set);
   }
 #else

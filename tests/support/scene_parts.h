@@ -7,6 +7,7 @@
 
 #include "tetraction/mesh/tet_mesh.h"
 #include "tetraction/simulation/scene.h"
+#include "tetraction/simulation/scene_objects.h"
 
 namespace tetraction::testing_support {
 
@@ -19,6 +20,10 @@ inline MaterialSettings elastic(double youngs_modulus, double poissons_ratio,
   material.poissons_ratio = poissons_ratio;
   material.density = density;
   return material;
+}
+
+inline TetMesh mesh_of(const Scene& scene) {
+  return generate_mesh(*scene.mesh.generate);
 }
 
 /// A generated body of one material.

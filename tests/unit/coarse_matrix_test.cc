@@ -28,7 +28,7 @@ Matrix element_matrix(Index e) {
   return static_cast<double>(e + 1) * m * m.transpose() + Matrix::Identity(18, 18);
 }
 
-Matrix dense_matrix() {
+Matrix sum_of_elements() {
   Matrix a = Matrix::Zero(6 * kGroups, 6 * kGroups);
   for (Index e = 0; e + 2 < kGroups; ++e) a.block<18, 18>(6 * e, 6 * e) += element_matrix(e);
   return a;
@@ -126,7 +126,7 @@ void expect_solution(const MeshPart* part, const Share& share, const Vector& rig
     }
     ASSERT_TRUE(matrix.factorize(kShift));
   }
-  Matrix dense = dense_matrix();
+  Matrix dense = sum_of_elements();
   dense.diagonal() *= 1.0 + kShift;
   const Vector expected = dense.llt().solve(right);
 

@@ -14,7 +14,7 @@ namespace {
 
 using namespace testing_support;
 
-const LameParameters kLame = lame_from_young(1e6, 0.4);
+const LameParameters kStiffRubber = lame_from_young(1e6, 0.4);
 
 struct Case {
   std::string name;
@@ -23,18 +23,19 @@ struct Case {
 
 std::vector<Case> cases() {
   std::vector<Case> all{
-      {"stvk", StVenantKirchhoff(kLame.mu, kLame.lambda)},
-      {"neo_hookean", NeoHookean(kLame.mu, kLame.lambda)},
-      {"neo_hookean_quadratic", NeoHookean(kLame.mu, kLame.lambda, VolumetricPart::kQuadratic)},
+      {"stvk", StVenantKirchhoff(kStiffRubber.mu, kStiffRubber.lambda)},
+      {"neo_hookean", NeoHookean(kStiffRubber.mu, kStiffRubber.lambda)},
+      {"neo_hookean_quadratic",
+       NeoHookean(kStiffRubber.mu, kStiffRubber.lambda, VolumetricPart::kQuadratic)},
       {"mooney_rivlin", mooney_rivlin_from_young(1e6, 0.4, 0.5)},
       {"yeoh", Yeoh(2e5, 3e4, 5e3, 1e6)},
-      {"custom_neo_hookean", CustomMaterial(NeoHookean(kLame.mu, kLame.lambda))},
-      {"custom_stvk", CustomMaterial(StVenantKirchhoff(kLame.mu, kLame.lambda))},
-      {"fibres", CustomMaterial(FibreRubber(kLame, 1e5, 0.5, {1.0, 1.0, 0.0}))},
-      {"winding_fibres", CustomMaterial(WindingFibres(kLame))},
+      {"custom_neo_hookean", CustomMaterial(NeoHookean(kStiffRubber.mu, kStiffRubber.lambda))},
+      {"custom_stvk", CustomMaterial(StVenantKirchhoff(kStiffRubber.mu, kStiffRubber.lambda))},
+      {"fibres", CustomMaterial(FibreRubber(kStiffRubber, 1e5, 0.5, {1.0, 1.0, 0.0}))},
+      {"winding_fibres", CustomMaterial(WindingFibres(kStiffRubber))},
       {"winding_fibres_in_batches",
-       CustomMaterial(InBatches<WindingFibres>(WindingFibres(kLame)))}};
-  for (const MaterialModel& model : materials_like(kLame)) {
+       CustomMaterial(InBatches<WindingFibres>(WindingFibres(kStiffRubber)))}};
+  for (const MaterialModel& model : materials_like(kStiffRubber)) {
     std::string name = "like_" + material_name(model);
     std::replace(name.begin(), name.end(), '-', '_');
     all.push_back({name, model});
@@ -149,15 +150,15 @@ TEST(DiscreteGradient, OfTheKernelsIsThatOfTheScalarLoop) {
     MaterialModel kernel;
     MaterialModel scalar;
   };
-  const StVenantKirchhoff stvk(kLame.mu, kLame.lambda);
-  const NeoHookean neo(kLame.mu, kLame.lambda);
+  const StVenantKirchhoff stvk(kStiffRubber.mu, kStiffRubber.lambda);
+  const NeoHookean neo(kStiffRubber.mu, kStiffRubber.lambda);
   const MooneyRivlin mooney = mooney_rivlin_from_young(1e6, 0.4, 0.5);
   const Yeoh yeoh(2e5, 3e4, 5e3, 1e6);
   for (const std::int64_t set : instruction_sets()) {
     const UseInstructionSet use(set);
     std::vector<Pair> pairs;
     for_each_model([&]<class M>() {
-      const M material = M::like(kLame);
+      const M material = M::like(kStiffRubber);
       pairs.push_back({material, CustomMaterial(material)});
     });
     for (const Pair& pair :
@@ -183,7 +184,7 @@ TEST(DiscreteGradient, OfTheKernelsIsThatOfTheScalarLoop) {
 }
 
 TEST(DiscreteGradient, OfViscosityTakesTheDissipatedEnergy) {
-  BlockStep step(NeoHookean(kLame.mu, kLame.lambda), 0.3, 0.8);
+  BlockStep step(NeoHookean(kStiffRubber.mu, kStiffRubber.lambda), 0.3, 0.8);
   const double viscous = 3e4;
   const Vector force = step.discrete_gradient(viscous) - step.discrete_gradient();
   double expected = 0.0;
@@ -198,13 +199,13 @@ TEST(DiscreteGradient, OfViscosityTakesTheDissipatedEnergy) {
 }
 
 TEST(DiscreteGradient, IsNotDefinedWhereAnElementIsInvertedAtTheEnd) {
-  BlockStep step(NeoHookean(kLame.mu, kLame.lambda), 0.1, 0.0);
+  BlockStep step(NeoHookean(kStiffRubber.mu, kStiffRubber.lambda), 0.1, 0.0);
   step.set_middle(0.4 * step.from);  // the step ends at −0.2 times its beginning
   Vector result = Vector::Zero(step.from.size());
   const EvaluationStatus status = step.gradient.add({step.middle, step.way}, result);
   EXPECT_FALSE(status.ok());
   EXPECT_EQ(status.failed_element, 0);
-  BlockStep stvk(StVenantKirchhoff(kLame.mu, kLame.lambda), 0.1, 0.0);
+  BlockStep stvk(StVenantKirchhoff(kStiffRubber.mu, kStiffRubber.lambda), 0.1, 0.0);
   stvk.set_middle(0.4 * stvk.from);
   EXPECT_TRUE(stvk.gradient.add({stvk.middle, stvk.way}, result).ok());
 }

@@ -21,7 +21,7 @@ TEST(Gent, NominalStressesAreThePublishedOnes) {
   constexpr double kJm = 86.0;
   const Gent material(kMu, kJm, 1e3);
   for (const double stretch : {0.4, 1.0 + 1e-6, 1.5, 3.0, 6.0, 8.5}) {
-    for (const State& state : states()) {
+    for (const Deformation& state : deformations()) {
       const Vector3 stretches = state.stretches(stretch);
       const Vector3 rates = state.rates(stretch);
       const double x = stretches.squaredNorm() - 3.0;

@@ -22,7 +22,7 @@ namespace {
 
 using namespace testing_support;
 
-const LameParameters kLame = lame_from_young(1e6, 0.49);
+const LameParameters kNearlyIncompressible = lame_from_young(1e6, 0.49);
 
 struct Case {
   std::string name;
@@ -33,21 +33,24 @@ struct Case {
 MaterialField varying(Index count) {
   std::vector<IsotropicModel> elements;
   for (Index e = 0; e < count; ++e) {
-    elements.emplace_back(NeoHookean(kLame.mu, kLame.lambda * (1.0 + 0.3 * std::sin(double(e)))));
+    elements.emplace_back(
+        NeoHookean(kNearlyIncompressible.mu,
+                   kNearlyIncompressible.lambda * (1.0 + 0.3 * std::sin(double(e)))));
   }
   return MaterialField(elements);
 }
 
 std::vector<Case> cases() {
-  const NeoHookean neo(kLame.mu, kLame.lambda);
+  const NeoHookean neo(kNearlyIncompressible.mu, kNearlyIncompressible.lambda);
   const Yeoh yeoh(2e5, 3e4, 5e3, 1e7);
-  return {
-      {"neo_hookean", {neo}},
-      {"neo_hookean_quadratic", {NeoHookean(kLame.mu, kLame.lambda, VolumetricPart::kQuadratic)}},
-      {"mooney_rivlin", {mooney_rivlin_from_young(1e6, 0.49, 0.5)}},
-      {"yeoh", {yeoh}},
-      {"two_materials", {neo, yeoh}},
-      {"varying", {varying(small_block().tetrahedron_count())}}};
+  return {{"neo_hookean", {neo}},
+          {"neo_hookean_quadratic",
+           {NeoHookean(kNearlyIncompressible.mu, kNearlyIncompressible.lambda,
+                       VolumetricPart::kQuadratic)}},
+          {"mooney_rivlin", {mooney_rivlin_from_young(1e6, 0.49, 0.5)}},
+          {"yeoh", {yeoh}},
+          {"two_materials", {neo, yeoh}},
+          {"varying", {varying(small_block().tetrahedron_count())}}};
 }
 
 std::unique_ptr<MechanicalSystem> block_of(const std::vector<MaterialField>& materials,
@@ -365,11 +368,12 @@ INSTANTIATE_TEST_SUITE_P(Materials, NodalVolumeOf, testing::ValuesIn(cases()),
 
 TEST(NodalVolume, RefusesMaterialsWithoutAVolumetricPart) {
   const std::vector<MaterialModel> refused{
-      StVenantKirchhoff(kLame.mu, kLame.lambda),
-      CustomMaterial(FibreRubber(kLame, 1e5, 0.5, {1.0, 1.0, 0.0}))};
+      StVenantKirchhoff(kNearlyIncompressible.mu, kNearlyIncompressible.lambda),
+      CustomMaterial(FibreRubber(kNearlyIncompressible, 1e5, 0.5, {1.0, 1.0, 0.0}))};
   for (const MaterialModel& material : refused) {
     EXPECT_THROW(block_of({MaterialField(material)}, VolumeRule::kNodal), InputError);
-    const auto system = block_of({NeoHookean(kLame.mu, kLame.lambda)}, VolumeRule::kNodal);
+    const auto system = block_of(
+        {NeoHookean(kNearlyIncompressible.mu, kNearlyIncompressible.lambda)}, VolumeRule::kNodal);
     const Vector q = jiggled(system->mesh().rest_positions(), 0.05);
     double before = 0.0;
     double after = 0.0;
@@ -381,7 +385,8 @@ TEST(NodalVolume, RefusesMaterialsWithoutAVolumetricPart) {
 }
 
 TEST(NodalVolume, TakesANewMaterial) {
-  const auto system = block_of({NeoHookean(kLame.mu, kLame.lambda)}, VolumeRule::kNodal);
+  const auto system = block_of({NeoHookean(kNearlyIncompressible.mu, kNearlyIncompressible.lambda)},
+                               VolumeRule::kNodal);
   const auto expected = block_of({Yeoh(2e5, 3e4, 5e3, 1e7)}, VolumeRule::kNodal);
   const Vector q = jiggled(system->mesh().rest_positions(), 0.05);
   double energy = 0.0;
@@ -418,12 +423,14 @@ TEST(NodalVolume, AllLinearSolversFindTheSameStep) {
 }
 
 TEST(NodalVolume, CeresRefusesIt) {
-  const auto system = block_of({NeoHookean(kLame.mu, kLame.lambda)}, VolumeRule::kNodal);
+  const auto system = block_of({NeoHookean(kNearlyIncompressible.mu, kNearlyIncompressible.lambda)},
+                               VolumeRule::kNodal);
   EXPECT_THROW(make_ceres_minimizer(*system, {}), InputError);
 }
 
 TEST(NodalVolume, ModesAreTheEigenvaluesOfTheWholeStiffness) {
-  const auto system = block_of({NeoHookean(kLame.mu, kLame.lambda)}, VolumeRule::kNodal);
+  const auto system = block_of({NeoHookean(kNearlyIncompressible.mu, kNearlyIncompressible.lambda)},
+                               VolumeRule::kNodal);
   const Vector rest = system->mesh().rest_positions();
   const NormalModes modes = normal_modes(*system, rest, {.count = 12});
   ASSERT_EQ(modes.modes.size(), 12U);

@@ -42,12 +42,12 @@ TEST(Ogden, NominalStressesAreThePublishedOnes) {
         scale += std::abs(mu) / stretch *
                  (std::pow(stretch, alpha) + std::pow(stretch, -exponents[k] * alpha));
       }
-      const double found = nominal_stress(material, states()[k], stretch) / directions[k];
-      EXPECT_NEAR(found, exact, 1e-12 * scale + 1e-12) << states()[k].name << " " << stretch;
+      const double found = nominal_stress(material, deformations()[k], stretch) / directions[k];
+      EXPECT_NEAR(found, exact, 1e-12 * scale + 1e-12) << deformations()[k].name << " " << stretch;
     }
   }
   // The published formula at the stretch 5 of simple tension, computed by hand.
-  EXPECT_NEAR(nominal_stress(material, states()[0], 5.0), 1.73667, 1e-5);
+  EXPECT_NEAR(nominal_stress(material, deformations()[0], 5.0), 1.73667, 1e-5);
 }
 
 TEST(Ogden, OfOneTermWithTheExponentTwoIsTheNeoHookeanLimit) {

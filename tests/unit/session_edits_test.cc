@@ -22,10 +22,6 @@ using namespace testing_support;
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
-TetMesh mesh_of(const Scene& scene) {
-  return generate_mesh(*scene.mesh.generate);
-}
-
 // A material and a field of a user that have a flaw.
 class FailingRubber {
  public:
@@ -54,7 +50,7 @@ class FailingField : public ForceField {
 };
 
 // All that can be read of a session.
-void expect_same(const Session& a, const Session& b, const std::string& edit) {
+void expect_all_same(const Session& a, const Session& b, const std::string& edit) {
   EXPECT_EQ(a.state().position, b.state().position) << edit;
   EXPECT_EQ(a.state().momentum, b.state().momentum) << edit;
   EXPECT_EQ(a.state().velocity, b.state().velocity) << edit;
@@ -107,10 +103,10 @@ void expect_all_refused(const Scene& scene, const std::vector<NamedEdit>& edits)
   }
   for (const NamedEdit& edit : edits) {
     EXPECT_THROW(session.apply(edit.edit), std::exception) << edit.name;
-    expect_same(session, untouched, edit.name);
+    expect_all_same(session, untouched, edit.name);
     ASSERT_TRUE(session.step()) << edit.name << ": " << session.message();
     ASSERT_TRUE(untouched.step());
-    expect_same(session, untouched, edit.name + ", and a step");
+    expect_all_same(session, untouched, edit.name + ", and a step");
     EXPECT_EQ(session.reaction_force(), untouched.reaction_force()) << edit.name;
   }
 }

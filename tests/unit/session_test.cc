@@ -15,10 +15,6 @@ namespace {
 
 using namespace testing_support;
 
-TetMesh mesh_of(const Scene& scene) {
-  return generate_mesh(*scene.mesh.generate);
-}
-
 class EditedSession : public testing::TestWithParam<Integrator> {};
 
 INSTANTIATE_TEST_SUITE_P(Rules, EditedSession, testing::ValuesIn(all_rules()), name_of_rule);

@@ -19,13 +19,14 @@ struct Case {
   VolumetricPart part;
 };
 
-const LameParameters kLame = lame_from_young(1e6, 0.49);
+const LameParameters kIncompressibleLimit = lame_from_young(1e6, 0.49);
 
 std::unique_ptr<MechanicalSystem> body(const Case& kind, double lambda) {
   TetMesh mesh = small_block({2, 1, 2});
   if (kind.quadratic) mesh = with_edge_vertices(mesh);
   const std::vector<int> region(mesh.tetrahedra.size(), 0);
-  const std::vector<BodyRegion> regions{{NeoHookean(kLame.mu, lambda, kind.part), 1000.0}};
+  const std::vector<BodyRegion> regions{
+      {NeoHookean(kIncompressibleLimit.mu, lambda, kind.part), 1000.0}};
   return std::make_unique<MechanicalSystem>(std::move(mesh), regions, region, kind.rule);
 }
 
@@ -38,7 +39,7 @@ Vector gradient_of(const MechanicalSystem& system, const Vector& x) {
 
 class VolumetricPressureOf : public testing::TestWithParam<Case> {
  protected:
-  std::unique_ptr<MechanicalSystem> system_ = body(GetParam(), kLame.lambda);
+  std::unique_ptr<MechanicalSystem> system_ = body(GetParam(), kIncompressibleLimit.lambda);
   VolumetricPressure volume_{*system_};
   Vector x_ = jiggled(system_->mesh().rest_positions(), 0.05);
   Vector way_ = jiggled(Vector::Zero(x_.size()), 1.0, 11);
@@ -108,8 +109,8 @@ INSTANTIATE_TEST_SUITE_P(
 
 TEST(VolumetricPressure, DominatesWhereTheRatioIsReachedSomewhere) {
   const Case kind{"", false, VolumeRule::kElement, VolumetricPart::kLogarithmic};
-  EXPECT_TRUE(VolumetricPressure::dominates(*body(kind, 30.0 * kLame.mu), 30.0));
-  EXPECT_FALSE(VolumetricPressure::dominates(*body(kind, 29.0 * kLame.mu), 30.0));
+  EXPECT_TRUE(VolumetricPressure::dominates(*body(kind, 30.0 * kIncompressibleLimit.mu), 30.0));
+  EXPECT_FALSE(VolumetricPressure::dominates(*body(kind, 29.0 * kIncompressibleLimit.mu), 30.0));
   const MechanicalSystem stvk(small_block(), StVenantKirchhoff(1.0, 1e4), 1000.0);
   EXPECT_FALSE(VolumetricPressure::dominates(stvk, 30.0));
 }

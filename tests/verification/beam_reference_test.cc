@@ -8,7 +8,7 @@
 namespace tetraction {
 namespace {
 
-Scene clamped_beam(Integrator integrator) {
+Scene published_beam(Integrator integrator) {
   Scene scene;
   scene.mesh.generate = GeneratorSettings{GeneratorKind::kBeam, {4, 1, 1}, {20, 4, 4}};
   scene.material.youngs_modulus = 1e6;
@@ -41,7 +41,7 @@ struct Reference {
 class BeamReference : public testing::TestWithParam<Reference> {};
 
 TEST_P(BeamReference, TipAgreesToAllDigitsGiven) {
-  Scene scene = clamped_beam(GetParam().integrator);
+  Scene scene = published_beam(GetParam().integrator);
   scene.solver.tolerance = 1e-10;
   Session session(scene, generate_mesh(*scene.mesh.generate));
   ASSERT_EQ(session.run(), RunStatus::kFinished) << session.message();
@@ -50,7 +50,7 @@ TEST_P(BeamReference, TipAgreesToAllDigitsGiven) {
 }
 
 TEST_P(BeamReference, DefaultToleranceTakesAtMostFourIterationsAStep) {
-  const Scene scene = clamped_beam(GetParam().integrator);
+  const Scene scene = published_beam(GetParam().integrator);
   Session session(scene, generate_mesh(*scene.mesh.generate));
   ASSERT_EQ(session.run(), RunStatus::kFinished) << session.message();
   EXPECT_LE(static_cast<double>(session.total_iterations()) / 20.0, 4.0);

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "support/bodies.h"
+#include "support/rules.h"
 #include "tetraction/core/error.h"
 #include "tetraction/simulation/scene_objects.h"
 #include "tetraction/simulation/session.h"
@@ -18,12 +19,6 @@ using namespace testing_support;
 
 TetMesh mesh_of(const Scene& scene) {
   return generate_mesh(*scene.mesh.generate);
-}
-
-std::string name_of(const testing::TestParamInfo<Integrator>& parameter) {
-  std::string name = to_string(parameter.param);
-  std::erase(name, '-');
-  return name;
 }
 
 class ConstrainedBy : public testing::TestWithParam<Integrator> {
@@ -58,7 +53,7 @@ INSTANTIATE_TEST_SUITE_P(Rules, ConstrainedBy,
                          testing::Values(Integrator::kExplicit, Integrator::kVerlet,
                                          Integrator::kMidpoint, Integrator::kBackwardEuler,
                                          Integrator::kEnergyMomentum),
-                         name_of);
+                         name_of_rule);
 
 TEST_P(ConstrainedBy, FixedVerticesAreBitwiseAtTheirTargetsAndReactionsBalance) {
   Scene scene = hanging_block();
@@ -211,7 +206,7 @@ INSTANTIATE_TEST_SUITE_P(Rules, HandleBy,
                          testing::Values(Integrator::kExplicit, Integrator::kVerlet,
                                          Integrator::kMidpoint, Integrator::kBackwardEuler,
                                          Integrator::kEnergyMomentum),
-                         name_of);
+                         name_of_rule);
 
 TEST_P(HandleBy, AFreeHandleStaysRigidWhileTheBodySpins) {
   // Free handles of rank 3 (a box of vertices), 2 (a face) and 1 (an edge).

@@ -3,18 +3,13 @@
 #include <cmath>
 
 #include "support/bodies.h"
+#include "support/rules.h"
 #include "tetraction/simulation/session.h"
 
 namespace tetraction {
 namespace {
 
 using namespace testing_support;
-
-std::string name_of(const testing::TestParamInfo<Integrator>& parameter) {
-  std::string name = to_string(parameter.param);
-  std::erase(name, '-');
-  return name;
-}
 
 class ForceWindow : public testing::TestWithParam<Integrator> {
  protected:
@@ -38,7 +33,7 @@ INSTANTIATE_TEST_SUITE_P(Rules, ForceWindow,
                          testing::Values(Integrator::kExplicit, Integrator::kVerlet,
                                          Integrator::kMidpoint, Integrator::kBackwardEuler,
                                          Integrator::kEnergyMomentum),
-                         name_of);
+                         name_of_rule);
 
 // The impulse of a force is its vector times the time that it acts, at whatever steps: in one of
 // them, across several, up to the end of one.

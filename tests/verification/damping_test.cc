@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "support/bodies.h"
+#include "support/rules.h"
 #include "tetraction/simulation/session.h"
 
 namespace tetraction {
@@ -16,12 +17,6 @@ TetMesh mesh_of(const Scene& scene) {
   return generate_box(scene.mesh.generate->size, scene.mesh.generate->cells);
 }
 
-std::string name_of(const testing::TestParamInfo<Integrator>& parameter) {
-  std::string name = to_string(parameter.param);
-  std::erase(name, '-');
-  return name;
-}
-
 class DampedBy : public testing::TestWithParam<Integrator> {
  protected:
   bool implicit() const { return is_implicit(GetParam()); }
@@ -31,7 +26,7 @@ INSTANTIATE_TEST_SUITE_P(Rules, DampedBy,
                          testing::Values(Integrator::kExplicit, Integrator::kVerlet,
                                          Integrator::kMidpoint, Integrator::kBackwardEuler,
                                          Integrator::kEnergyMomentum),
-                         name_of);
+                         name_of_rule);
 
 TEST_P(DampedBy, ZeroConstantsGiveBitwiseTheUndampedRun) {
   const Scene scene = spinning_block(GetParam(), 1e-3, 0.05);

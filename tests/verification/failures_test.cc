@@ -14,8 +14,7 @@
 namespace tetraction {
 namespace {
 
-using testing_support::clamped_beam;
-using testing_support::mesh_of;
+using namespace testing_support;
 
 constexpr Integrator kAllRules[] = {Integrator::kExplicit, Integrator::kVerlet,
                                     Integrator::kMidpoint, Integrator::kBackwardEuler,

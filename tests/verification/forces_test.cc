@@ -5,6 +5,8 @@
 #include <numbers>
 
 #include "support/bodies.h"
+#include "support/rules.h"
+#include "support/scene_parts.h"
 #include "tetraction/dynamics/body_sums.h"
 #include "tetraction/dynamics/steppers/stability.h"
 #include "tetraction/simulation/session.h"
@@ -13,12 +15,6 @@ namespace tetraction {
 namespace {
 
 using namespace testing_support;
-
-std::string name_of(const testing::TestParamInfo<Integrator>& parameter) {
-  std::string name = to_string(parameter.param);
-  std::erase(name, '-');
-  return name;
-}
 
 class EveryRule : public testing::TestWithParam<Integrator> {
  protected:
@@ -29,11 +25,7 @@ INSTANTIATE_TEST_SUITE_P(Rules, EveryRule,
                          testing::Values(Integrator::kExplicit, Integrator::kVerlet,
                                          Integrator::kMidpoint, Integrator::kBackwardEuler,
                                          Integrator::kEnergyMomentum),
-                         name_of);
-
-TetMesh mesh_of(const Scene& scene) {
-  return generate_box(scene.mesh.generate->size, scene.mesh.generate->cells);
-}
+                         name_of_rule);
 
 // A free block with forces on two single vertices, one of them for a while.
 Scene pushed_block(Integrator integrator) {

@@ -29,6 +29,8 @@ void run_jobs(Index count, int jobs, const std::function<void(Index)>& job);
 /// treats every item in the same way, whatever the number of threads. The body must only write to
 /// its own items. Exceptions of the body are rethrown in the calling thread.
 void parallel_for(Index count, Index grain, const std::function<void(Index, Index)>& body);
+/// The grain of loops over vertices that do little for each.
+inline constexpr Index kVertexGrain = 2048;
 
 /// Cuts [0, count) into ranges and returns the sum of partial(begin, end) over them. The ranges have
 /// a fixed length and are added in ascending order, so that the sum is bitwise the same for any

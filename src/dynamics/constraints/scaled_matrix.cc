@@ -7,12 +7,6 @@
 #include "tetraction/dynamics/nodal_volume/nodal_volume.h"
 
 namespace tetraction {
-namespace {
-
-constexpr Index kGrain = 2048;
-
-}  // namespace
-
 ScaledMatrix::ScaledMatrix(const MechanicalSystem& system)
     : system_(system),
       inverse_root_mass_(
@@ -180,7 +174,7 @@ void ScaledMatrix::multiply_stiffness(const Vector& u) const {
   }
   float scale = static_cast<float>(u.cwiseAbs().maxCoeff());
   if (scale == 0.0F) scale = 1.0F;  // nothing moves in this part of the body
-  parallel_for(system_.vertex_count(), kGrain, [&](Index begin, Index end) {
+  parallel_for(system_.vertex_count(), kVertexGrain, [&](Index begin, Index end) {
     for (Index v = begin; v < end; ++v) {
       float* row = rows_.data() + ElementBlocks::kRecordSize * v;
       for (Index i = 0; i < 3; ++i) row[i] = static_cast<float>(u[3 * v + i]) / scale;
@@ -189,7 +183,7 @@ void ScaledMatrix::multiply_stiffness(const Vector& u) const {
   });
   tangent_->multiply(rows_.data());
   product_.resize(system_.dof_count());
-  parallel_for(system_.vertex_count(), kGrain, [&](Index begin, Index end) {
+  parallel_for(system_.vertex_count(), kVertexGrain, [&](Index begin, Index end) {
     for (Index v = begin; v < end; ++v) {
       vertex_block(product_, v) =
           static_cast<double>(scale) * tangent_->record_sum(v).head<3>().cast<double>();

@@ -12,9 +12,6 @@
 namespace tetraction {
 namespace {
 
-// The number of vertices for which a task of its own is worthwhile.
-constexpr Index kGrain = 2048;
-
 // Otherwise nothing singles out the frame in which the supports are at rest: the momentum of the whole
 // body must not hide the forces within it.
 bool is_held_at_rest(const MechanicalSystem& system) {
@@ -44,7 +41,7 @@ void StepProblem::begin(const State& state, double h, double end_time, double al
   if (load.size() > 0) load_ += load;
   set_constant_loads(load, 1.0);
   coefficient_.resize(system_.dof_count());
-  parallel_for(system_.vertex_count(), kGrain, [&](Index begin, Index end) {
+  parallel_for(system_.vertex_count(), kVertexGrain, [&](Index begin, Index end) {
     for (Index v = begin; v < end; ++v) {
       vertex_block(coefficient_, v).setConstant(system_.mass()[v] / (step_ * step_));
     }

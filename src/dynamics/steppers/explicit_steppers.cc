@@ -20,9 +20,6 @@
 namespace tetraction {
 namespace {
 
-// The number of vertices for which a task of its own is worthwhile.
-constexpr Index kGrain = 2048;
-
 class ExplicitStepper : public Stepper {
  public:
   // `halves` 1: p moves by a whole step before q (α = 0); 2: by half before and half after
@@ -231,7 +228,7 @@ class ExplicitStepper : public Stepper {
   // All vertices as if they were free. Returns false if a position overflows.
   bool move(const VertexKick& kick, double h, const State& from, State& to) {
     std::atomic<bool> finite{true};
-    parallel_for(system_.vertex_count(), kGrain, [&](Index begin, Index end) {
+    parallel_for(system_.vertex_count(), kVertexGrain, [&](Index begin, Index end) {
       if (!kick_and_drift(begin, end, kick, h, from.position.data(), from.momentum.data(),
                           to.momentum.data(), to.velocity.data(), to.position.data())) {
         finite = false;
@@ -252,7 +249,7 @@ class ExplicitStepper : public Stepper {
     before.reserve(shared_.size());
     for (const Index v : shared_) before.emplace_back(vertex_block(momentum, v));
     std::atomic<bool> finite{true};
-    parallel_for(system_.vertex_count(), kGrain, [&](Index begin, Index end) {
+    parallel_for(system_.vertex_count(), kVertexGrain, [&](Index begin, Index end) {
       if (!kick_only(begin, end, kick, momentum.data())) finite = false;
     });
     for (std::size_t i = 0; i < shared_.size(); ++i) {

@@ -8,16 +8,9 @@
 #include "tetraction/core/parallel.h"
 
 namespace tetraction {
-namespace {
-
-// The number of vertices for which a task of its own is worthwhile.
-constexpr Index kGrain = 2048;
-
-}  // namespace
-
 Index VertexPotential::undefined_vertex(const ForcePoint& at) const {
   std::atomic<Index> first{at.mass.size()};
-  parallel_for(at.mass.size(), kGrain, [&](Index begin, Index end) {
+  parallel_for(at.mass.size(), kVertexGrain, [&](Index begin, Index end) {
     for (Index v = begin; v < end; ++v) {
       if (defined(vertex_block(at.position, v))) continue;
       Index known = first;
@@ -32,7 +25,7 @@ Index VertexPotential::undefined_vertex(const ForcePoint& at) const {
 double VertexPotential::longest_step(const ForcePoint& from, const Vector& displacement) const {
   double longest = std::numeric_limits<double>::infinity();
   std::mutex mutex;
-  parallel_for(from.mass.size(), kGrain, [&](Index begin, Index end) {
+  parallel_for(from.mass.size(), kVertexGrain, [&](Index begin, Index end) {
     double own = std::numeric_limits<double>::infinity();
     for (Index v = begin; v < end; ++v) {
       own = std::min(
@@ -68,7 +61,7 @@ double VertexPotential::energy_change(const ForcePoint& from, const ForcePoint& 
 
 void VertexPotential::add_gradient(const ForcePoint& at, Vector& gradient) const {
   const double factor = this->factor(at);
-  parallel_for(at.mass.size(), kGrain, [&](Index begin, Index end) {
+  parallel_for(at.mass.size(), kVertexGrain, [&](Index begin, Index end) {
     for (Index v = begin; v < end; ++v) {
       vertex_block(gradient, v) +=
           factor * this->gradient(at.mass[v], vertex_block(at.position, v));
@@ -79,7 +72,7 @@ void VertexPotential::add_gradient(const ForcePoint& at, Vector& gradient) const
 void VertexPotential::add_hessian(const ForcePoint& at, HessianForm form,
                                   HessianBlocks& hessian) const {
   const double factor = this->factor(at);
-  parallel_for(at.mass.size(), kGrain, [&](Index begin, Index end) {
+  parallel_for(at.mass.size(), kVertexGrain, [&](Index begin, Index end) {
     for (Index v = begin; v < end; ++v) {
       const Matrix3 block = factor * this->hessian(at.mass[v], vertex_block(at.position, v));
       hessian.add(v, form == HessianForm::kExact ? block : positive_semidefinite_part(block));
@@ -105,7 +98,7 @@ Vector3 VertexPotential::discrete_gradient(double mass, const Vector3& from,
 void VertexPotential::add_discrete_gradient(const ForcePoint& from, const ForcePoint& to,
                                             Vector& gradient) const {
   const double mean = factor({to.mass, to.position, to.time, TimeSpan{from.time, to.time}});
-  parallel_for(from.mass.size(), kGrain, [&](Index begin, Index end) {
+  parallel_for(from.mass.size(), kVertexGrain, [&](Index begin, Index end) {
     for (Index v = begin; v < end; ++v) {
       vertex_block(gradient, v) +=
           mean * discrete_gradient(from.mass[v], vertex_block(from.position, v),

@@ -19,7 +19,7 @@ namespace {
 
 // Comments are lines that begin with #. They are replaced by blanks, so that line numbers stay
 // right.
-std::string without_comments(std::string text) {
+std::string without_comment_lines(std::string text) {
   bool comment = false;
   bool line_begins = true;
   for (char& c : text) {
@@ -38,7 +38,7 @@ std::string without_comments(std::string text) {
 std::string read_vega_text(const std::string& path) {
   std::string text = read_file(path);
   refuse_other_kinds(path, text, kVegaKind);
-  return without_comments(std::move(text));
+  return without_comment_lines(std::move(text));
 }
 
 class VegaReader {

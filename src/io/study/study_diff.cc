@@ -14,6 +14,7 @@
 #include "core/quoting.h"
 #include "io/text/foreign_json.h"
 #include "io/text/output_file.h"
+#include "study_row_json.h"
 #include "tetraction/core/error.h"
 #include "tetraction/simulation/study.h"
 
@@ -21,19 +22,19 @@ namespace tetraction {
 namespace {
 
 namespace fs = std::filesystem;
-using Json = nlohmann::json;
+using SortedJson = nlohmann::json;
 using OrderedJson = nlohmann::ordered_json;
 
-constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+constexpr double kNoChange = std::numeric_limits<double>::quiet_NaN();
 constexpr double kSameStep = 1e-9;  // relative difference of equal steps
 
-std::string text_of(const Json& json, const char* key) {
-  const Json& value = member_of(json, key);
+std::string text_of(const SortedJson& json, const char* key) {
+  const SortedJson& value = member_of(json, key);
   return value.is_string() ? value.get<std::string>() : std::string();
 }
 
-double number_in(const Json& json, const char* key) {
-  return number_or(member_of(json, key), kNone);
+double number_in(const SortedJson& json, const char* key) {
+  return number_or(member_of(json, key), kNoChange);
 }
 
 // The members of a study.json that a comparison needs. A file without them is damaged.
@@ -45,29 +46,29 @@ class Reader {
     throw FileError(
         fmt::format("{}: this is not the study.json of a study: {}{}.", file_, place_, what));
   }
-  const Json& member(const Json& json, const char* key) const {
+  const SortedJson& member(const SortedJson& json, const char* key) const {
     if (!json.contains(key)) fail(fmt::format("\"{}\" is missing", key));
     return json[key];
   }
-  std::string text(const Json& json, const char* key) const {
-    const Json& value = member(json, key);
+  std::string text(const SortedJson& json, const char* key) const {
+    const SortedJson& value = member(json, key);
     if (!value.is_string()) fail(fmt::format("\"{}\" is not a text", key));
     return value.get<std::string>();
   }
   // NaN for null.
-  double number(const Json& json, const char* key) const {
-    const Json& value = member(json, key);
-    if (value.is_null()) return kNone;
+  double number(const SortedJson& json, const char* key) const {
+    const SortedJson& value = member(json, key);
+    if (value.is_null()) return kNoChange;
     if (!value.is_number()) fail(fmt::format("\"{}\" is not a number", key));
     return value.get<double>();
   }
-  double positive(const Json& json, const char* key) const {
+  double positive(const SortedJson& json, const char* key) const {
     const double value = number(json, key);
     if (!(value > 0.0)) fail(fmt::format("\"{}\" is not a positive number", key));
     return value;
   }
   // One of the words of which there are `words`.
-  std::string word(const Json& json, const char* key,
+  std::string word(const SortedJson& json, const char* key,
                    std::initializer_list<std::string> words) const {
     std::string value = text(json, key);
     if (std::find(words.begin(), words.end(), value) == words.end()) {
@@ -82,7 +83,7 @@ class Reader {
   std::string place_;
 };
 
-StudyDiffRow row_of(const Json& run, const Reader& read) {
+StudyDiffRow row_of(const SortedJson& run, const Reader& read) {
   if (!run.is_object()) read.fail("it is not a table");
   StudyDiffRow row;
   row.variant = read.text(run, "variant");
@@ -101,7 +102,7 @@ StudyDiffRow row_of(const Json& run, const Reader& read) {
                  to_string(StudyRole::kVariant)}) == to_string(StudyRole::kReference);
   const auto error = [&](const char* key) {
     const double value = read.number(run, key);
-    return is_reference ? kNone : value;
+    return is_reference ? kNoChange : value;
   };
   row.position_error = error("position_error");
   row.position_error_rms = error("position_error_rms");
@@ -115,15 +116,15 @@ StudyDiffRow row_of(const Json& run, const Reader& read) {
   return row;
 }
 
-std::string reference_text(const Json& reference, bool has_probe, const Reader& read) {
+std::string reference_text(const SortedJson& reference, bool has_probe, const Reader& read) {
   if (!reference.is_object()) read.fail("it is not a table");
   std::string text = fmt::format("{} at {:.4g} s", read.text(reference, "integrator"),
                                  read.positive(reference, "step"));
-  const auto is_true = [](const Json& json, const char* key) {
-    return json.contains(key) && json[key] == Json(true);
+  const auto is_true = [](const SortedJson& json, const char* key) {
+    return json.contains(key) && json[key] == SortedJson(true);
   };
   if (!reference.contains("extrapolation")) return text;
-  const Json& extrapolation = reference["extrapolation"];
+  const SortedJson& extrapolation = reference["extrapolation"];
   if (!extrapolation.is_object()) read.fail("\"extrapolation\" is not a table");
   const bool is_extrapolated =
       is_true(extrapolation, "valid") && (!has_probe || is_true(extrapolation, "probe_valid"));
@@ -144,7 +145,7 @@ double change(double a, double b) {
 double wall_ratio(const StudyDiffRow& a, const StudyDiffRow& b) {
   const bool counts = !a.shares_machine && !b.shares_machine;
   return counts && a.wall_seconds > 0.0 && b.wall_seconds > 0.0 ? b.wall_seconds / a.wall_seconds
-                                                                : kNone;
+                                                                : kNoChange;
 }
 
 // Whether all these rows were made by one machine with one number of threads.
@@ -196,7 +197,7 @@ std::vector<std::string> notes_of(const StudyDiff& diff) {
   return notes;
 }
 
-std::string cell(double value, const char* format) {
+std::string formatted(double value, const char* format) {
   return std::isfinite(value) ? fmt::format(fmt::runtime(format), value) : "-";
 }
 
@@ -227,17 +228,12 @@ std::string rows_only_in(char letter, const std::vector<StudyDiffRow>& rows) {
 // The largest magnitude of a change over the pairs, or NaN if there is none.
 template <class Getter>
 double largest_change(const StudyDiff& diff, const Getter& get) {
-  double largest = kNone;
+  double largest = kNoChange;
   for (const StudyDiffPair& pair : diff.pairs) {
     const double value = std::abs(change(get(pair.a), get(pair.b)));
     if (std::isfinite(value) && !(value <= largest)) largest = value;
   }
   return largest;
-}
-
-OrderedJson json_number(double value) {
-  if (std::isfinite(value)) return value;
-  return nullptr;
 }
 
 OrderedJson json_key(const StudyDiffRow& row) {
@@ -277,7 +273,7 @@ StudyFile read_study_file(const std::string& path) {
         "{}: this directory does not hold the results of a study: there is no study.json{}.", path,
         fs::exists(fs::path(path) / "history.csv", problem) ? ", but the results of a run" : ""));
   }
-  const Json json = parse_foreign_json(read_output(file));
+  const SortedJson json = parse_foreign_json(read_output(file));
   if (!json.is_object() || !json.contains("runs") || !json["runs"].is_array()) {
     throw FileError(fmt::format("{}: this is not the study.json of a study.", file));
   }
@@ -297,19 +293,20 @@ StudyFile read_study_file(const std::string& path) {
   study.date = text_of(json, "date");
   study.scene = read.text(json, "scene");
   study.error = read.text(json, "error");
-  const Json& reference = read.member(json, "reference");
+  const SortedJson& reference = read.member(json, "reference");
   study.reference = reference_text(reference, study.error.rfind("probe.", 0) == 0,
                                    Reader(file, "in \"reference\", "));
   study.reference_error = number_in(reference, "estimated_error");
   if (json["runs"].empty()) read.fail("\"runs\" is empty");
-  for (const Json& run : json["runs"]) {
+  for (const SortedJson& run : json["runs"]) {
     study.rows.push_back(
         row_of(run, Reader(file, fmt::format("in entry {} of \"runs\", ", study.rows.size() + 1))));
   }
   const bool has_stopped_runs = std::any_of(
       study.rows.begin(), study.rows.end(),
       [](const StudyDiffRow& row) { return row.status == to_string(RunStatus::kCancelled); });
-  if (has_stopped_runs || (json.contains("interrupted") && json["interrupted"] == Json(true))) {
+  if (has_stopped_runs ||
+      (json.contains("interrupted") && json["interrupted"] == SortedJson(true))) {
     refuse_incomplete("it was interrupted");
   }
   return study;
@@ -361,10 +358,10 @@ std::string study_diff_table(const StudyDiff& diff) {
     text += name_of(a);
     text += fmt::format("{:>18}{:>10}{:>9}",
                         a.status == b.status ? a.status : a.status + ", " + b.status,
-                        cell(a.wall_seconds, "{:.3g}"), cell(wall_ratio(a, b), "{:.3g}"));
+                        formatted(a.wall_seconds, "{:.3g}"), formatted(wall_ratio(a, b), "{:.3g}"));
     const auto values = [&](double in_a, double in_b) {
-      text += fmt::format("{:>10}{:>10}{:>11}", cell(in_a, "{:.2e}"), cell(in_b, "{:.2e}"),
-                          cell(change(in_a, in_b), "{:+.2e}"));
+      text += fmt::format("{:>10}{:>10}{:>11}", formatted(in_a, "{:.2e}"),
+                          formatted(in_b, "{:.2e}"), formatted(change(in_a, in_b), "{:+.2e}"));
     };
     values(a.position_error, b.position_error);
     values(a.position_error_rms, b.position_error_rms);

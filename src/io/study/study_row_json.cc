@@ -11,12 +11,6 @@
 namespace tetraction {
 namespace {
 
-// JSON has no infinity and no NaN: absent numbers are null.
-nlohmann::ordered_json number(double value) {
-  if (std::isfinite(value)) return value;
-  return nullptr;
-}
-
 double number_of(const nlohmann::json& json, const char* key, double absent) {
   return json.at(key).is_null() ? absent : json.at(key).get<double>();
 }
@@ -39,6 +33,12 @@ Value named(const std::string& name, const std::array<Value, N>& values) {
 
 }  // namespace
 
+// JSON has no infinity and no NaN: absent numbers are null.
+nlohmann::ordered_json json_number(double value) {
+  if (std::isfinite(value)) return value;
+  return nullptr;
+}
+
 nlohmann::ordered_json study_row_json(const StudyRow& row) {
   return {{"integrator", to_string(row.integrator)},
           {"step", row.step},
@@ -46,23 +46,23 @@ nlohmann::ordered_json study_row_json(const StudyRow& row) {
           {"compares_solver", row.compares_solver},
           {"variant", row.variant},
           {"role", to_string(row.role)},
-          {"stable_step", number(row.stable_step)},
-          {"step_over_stable_step", number(row.step / row.stable_step)},
+          {"stable_step", json_number(row.stable_step)},
+          {"step_over_stable_step", json_number(row.step / row.stable_step)},
           {"status", to_string(row.status)},
           {"message", row.message},
           {"directory", row.directory},
           {"steps", row.steps},
           {"wall_seconds", row.wall_seconds},
-          {"seconds_per_simulated_second", number(row.seconds_per_simulated_second)},
+          {"seconds_per_simulated_second", json_number(row.seconds_per_simulated_second)},
           {"iterations_per_step", row.iterations_per_step},
-          {"max_relative_energy_drift", number(row.max_relative_energy_drift)},
-          {"linear_momentum_drift", number(row.linear_momentum_drift)},
-          {"angular_momentum_drift", number(row.angular_momentum_drift)},
-          {"angular_momentum_drift_allowed", number(row.angular_momentum_drift_allowed)},
-          {"position_error", number(row.position_error)},
-          {"position_error_rms", number(row.position_error_rms)},
-          {"observed_order", number(row.observed_order)},
-          {"probe_error", number(row.probe_error)},
+          {"max_relative_energy_drift", json_number(row.max_relative_energy_drift)},
+          {"linear_momentum_drift", json_number(row.linear_momentum_drift)},
+          {"angular_momentum_drift", json_number(row.angular_momentum_drift)},
+          {"angular_momentum_drift_allowed", json_number(row.angular_momentum_drift_allowed)},
+          {"position_error", json_number(row.position_error)},
+          {"position_error_rms", json_number(row.position_error_rms)},
+          {"observed_order", json_number(row.observed_order)},
+          {"probe_error", json_number(row.probe_error)},
           {"date", row.date},
           {"processor", row.processor},
           {"cores", row.cores},
@@ -123,13 +123,13 @@ nlohmann::ordered_json extrapolation_json(const ReferenceExtrapolation& extrapol
           {"probe_valid", extrapolation.probe_is_valid},
           {"probe_reason", extrapolation.probe_reason},
           {"probe_exact", extrapolation.probe_is_exact},
-          {"order_at_end", number(extrapolation.order_at_end)},
-          {"order_over_time", number(extrapolation.order_over_time)},
-          {"order_of_probe", number(extrapolation.order_of_probe)},
-          {"estimated_error_at_end", number(extrapolation.error_at_end)},
-          {"estimated_error_over_time", number(extrapolation.error_over_time)},
-          {"estimated_error_of_probe", number(extrapolation.error_of_probe)},
-          {"finest_error_at_end", number(extrapolation.finest_error_at_end)}};
+          {"order_at_end", json_number(extrapolation.order_at_end)},
+          {"order_over_time", json_number(extrapolation.order_over_time)},
+          {"order_of_probe", json_number(extrapolation.order_of_probe)},
+          {"estimated_error_at_end", json_number(extrapolation.error_at_end)},
+          {"estimated_error_over_time", json_number(extrapolation.error_over_time)},
+          {"estimated_error_of_probe", json_number(extrapolation.error_of_probe)},
+          {"finest_error_at_end", json_number(extrapolation.finest_error_at_end)}};
 }
 
 std::optional<ReferenceExtrapolation> extrapolation_from_json(const nlohmann::json& json) {

@@ -8,6 +8,9 @@
 
 namespace tetraction {
 
+/// null if the number is not finite.
+nlohmann::ordered_json json_number(double value);
+
 nlohmann::ordered_json study_row_json(const StudyRow& row);
 
 /// The same row again; nothing if it is not a whole one, or that of a run that was stopped.

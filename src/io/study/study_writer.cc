@@ -23,11 +23,6 @@ std::string csv_number(double value) {
   return std::isfinite(value) ? fmt::format("{:.10g}", value) : "";
 }
 
-nlohmann::ordered_json json_number(double value) {
-  if (std::isfinite(value)) return value;
-  return nullptr;
-}
-
 // A cell of a CSV table as in RFC 4180. Arguments and names of files need not be UTF-8, which the table is.
 std::string csv_text(const std::string& any_text) {
   const std::string text = printable(any_text);

@@ -5,8 +5,6 @@
 namespace tetraction {
 namespace {
 
-constexpr std::string_view kSpace = " \t\r\n";
-
 // Where the tag that begins at `begin` ends: at the next > outside quotation marks.
 std::size_t end_of_tag(std::string_view text, std::size_t begin) {
   for (std::size_t at = begin; at < text.size(); ++at) {
@@ -23,12 +21,12 @@ std::size_t end_of_tag(std::string_view text, std::size_t begin) {
 std::optional<std::string_view> XmlTag::attribute(std::string_view wanted) const {
   std::size_t at = name.size() + (closes ? 1 : 0);
   for (;;) {
-    at = body.find_first_not_of(kSpace, at);
+    at = body.find_first_not_of(kXmlSpace, at);
     const std::size_t equals = at == body.npos ? at : body.find('=', at);
     if (equals == body.npos) return std::nullopt;
     std::string_view key = body.substr(at, equals - at);
-    key = key.substr(0, key.find_last_not_of(kSpace) + 1);
-    const std::size_t open = body.find_first_not_of(kSpace, equals + 1);
+    key = key.substr(0, key.find_last_not_of(kXmlSpace) + 1);
+    const std::size_t open = body.find_first_not_of(kXmlSpace, equals + 1);
     if (open == body.npos || (body[open] != '"' && body[open] != '\'')) return std::nullopt;
     const std::size_t close = body.find(body[open], open + 1);
     if (close == body.npos) return std::nullopt;

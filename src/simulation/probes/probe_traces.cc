@@ -8,7 +8,7 @@
 namespace tetraction {
 namespace {
 
-constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+constexpr double kNoValue = std::numeric_limits<double>::quiet_NaN();
 constexpr std::size_t kMostNumbers = std::size_t{1} << 25U;  // of all traces, 256 MiB
 constexpr std::size_t kMostTimes = std::size_t{1} << 20U;    // of one trace
 // A component that moves by less than this share of the largest value of its probe is round-off.
@@ -20,7 +20,8 @@ ProbeTraces::ProbeTraces(const ProbeSet& probes, Index step_count)
     : probes_(probes),
       traces_(probes.probes().size()),
       fillings_(probes.probes().size()),
-      extremes_(probes.value_count(), {kNone, kNone, kNone, kNone, kNone, kNone}) {
+      extremes_(probes.value_count(),
+                {kNoValue, kNoValue, kNoValue, kNoValue, kNoValue, kNoValue}) {
   const std::size_t numbers = probes.value_count() + traces_.size();
   for (std::size_t i = 0; i < traces_.size(); ++i) {
     const ProbeColumns& columns = probes.probes()[i];

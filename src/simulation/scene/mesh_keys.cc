@@ -5,8 +5,6 @@
 namespace tetraction {
 namespace {
 
-constexpr NumberRange kCount{.least = 1.0};
-
 constexpr const char* kLinear = "linear";
 constexpr const char* kQuadratic = "quadratic";
 
@@ -164,7 +162,7 @@ SceneSection generator_section() {
         OwnValue<S>{"three whole numbers or one",
                     [](const S& s) { return has_edge(s) ? Json(s.cells[0]) : Json(s.cells); },
                     [](const Json& node, const NumberRange&, const Refusal& refuse, S& s) {
-                      read_edge_or_three<int>(node, kCount, refuse, has_edge(s), s.cells);
+                      read_edge_or_three<int>(node, kAtLeastOne, refuse, has_edge(s), s.cells);
                     }},
         {.used = [](const S& s) { return s.kind != GeneratorKind::kTetrahedron; },
          .needed = needed_cells}}},

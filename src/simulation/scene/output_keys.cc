@@ -13,8 +13,6 @@
 namespace tetraction {
 namespace {
 
-constexpr NumberRange kCount{.least = 1.0};
-
 std::string fields_conflict(const OutputSettings& output) {
   NameList known{kDefaultFields};
   for (const OutputField& field : output_fields()) known.emplace_back(field.name);
@@ -67,7 +65,7 @@ SceneSection output_section() {
         &S::directory},
        {{.name = "every",
          .help = "a frame each so many steps, and always the first and the last",
-         .range = kCount},
+         .range = kAtLeastOne},
         &S::every},
        {{.name = "checkpoint_every",
          .help =
@@ -78,7 +76,7 @@ SceneSection output_section() {
         &S::checkpoint_every},
        {{.name = "history_every",
          .help = "a row of `history.csv` each so many steps, and always the first and the last",
-         .range = kCount,
+         .range = kAtLeastOne,
          .in_file = Written::kUnlessDefault,
          .in_echo = Written::kUnlessDefault},
         &S::history_every},
@@ -124,7 +122,7 @@ SceneSection probe_section() {
         &S::quantity},
        {{.name = "every",
          .help = "values for each so many steps, and always for the first and the last",
-         .range = kCount,
+         .range = kAtLeastOne,
          .in_file = Written::kUnlessDefault,
          .in_echo = Written::kUnlessDefault},
         &S::every}},

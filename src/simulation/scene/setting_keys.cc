@@ -20,7 +20,6 @@ constexpr NumberRange kTolerance{.least = 0.0,
                                  .advice = "; 1e-8 is usual"};
 constexpr NumberRange kStrength{
     .least = 0.0, .is_moderate = true, .advice = "; turn it with environment.direction"};
-constexpr NumberRange kCount{.least = 1.0};
 // Of a step. Parts of h/2³⁰ are below the round-off of most times.
 constexpr NumberRange kHalvings{.least = 0.0, .most = 30.0};
 // Smaller errors are below the round-off of positions.
@@ -204,7 +203,7 @@ SceneSection solver_section() {
        {{.name = "max_iterations",
          .title = "Most iterations",
          .help = "most iterations of one step",
-         .range = kCount},
+         .range = kAtLeastOne},
         &S::max_iterations}},
       {{{"engine"}, solver_engine_conflict},
        {{"kind"}, solver_kind_conflict},

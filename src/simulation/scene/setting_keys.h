@@ -41,6 +41,9 @@ struct KeyInfo {
 
 struct SceneSection;
 
+/// The range of counts.
+inline constexpr NumberRange kAtLeastOne{.least = 1.0};
+
 /// Refuses the value of a key with an InputError, whose message begins with place and key.
 struct Refusal {
   std::function<std::string()> where;

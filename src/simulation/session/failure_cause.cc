@@ -23,7 +23,7 @@ constexpr double kAbsurdContrast = 1e8;
 // Supports have crushed a body whose stability limit has fallen to less than this share.
 constexpr double kCrushed = 0.1;
 // Residuals below this share of the forces are round-off of large sums.
-constexpr double kRoundOff = 1e-11;
+constexpr double kLoadRoundOff = 1e-11;
 struct Moduli {
   double least = std::numeric_limits<double>::infinity();
   double most = 0.0;
@@ -200,7 +200,7 @@ FailureCause cause_of(const RunData& run, const StepOutcome& outcome, const Step
   const MinimizerReport& report = outcome.minimizer;
   const double scale = report.asked_limit / run.settings.solver.tolerance;
   if (report.asked_limit > 0.0 && report.residual > report.residual_limit &&
-      report.residual < kRoundOff * scale) {
+      report.residual < kLoadRoundOff * scale) {
     return FailureCause::kTolerance;
   }
   if (report.termination == Termination::kIterationLimit) return FailureCause::kIterations;

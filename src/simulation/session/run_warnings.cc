@@ -16,7 +16,7 @@ namespace tetraction {
 namespace {
 
 // Share of a step within which an event is due.
-constexpr double kSameTime = 1e-6;
+constexpr double kDue = 1e-6;
 // Of the energy that entered.
 constexpr double kLargeEnergyError = 0.1;
 
@@ -107,13 +107,13 @@ void warn_of_events(RunData& run) {
   double step = run.progress.plan.time_step;
   bool varies = time.automatic || adapts(time);
   const auto steps_until = [&](double when) {
-    return std::max(0.0, std::ceil((when - start) / step - kSameTime));
+    return std::max(0.0, std::ceil((when - start) / step - kDue));
   };
   for (const EventSettings& event : run.scene.event) {
     // If steps change their size, the last one may begin at any time before the end.
     const double last_start =
-        varies ? end - 2.0 * kSameTime * step : start + (steps_until(end) - 1.0) * step;
-    if (event.at > last_start + kSameTime * step) {
+        varies ? end - 2.0 * kDue * step : start + (steps_until(end) - 1.0) * step;
+    if (event.at > last_start + kDue * step) {
       warnings.push_back(no_such_event(event, end));
       continue;
     }

@@ -13,7 +13,7 @@ namespace tetraction {
 namespace {
 
 // If less than this share of a step is left to a landing, the step is made a little longer.
-constexpr double kMerged = 1e-6;
+constexpr double kMergedAtLanding = 1e-6;
 // The largest share of the stability limit that an adaptive step may have. Its halves are then as
 // long as the steps of "auto".
 constexpr double kStableShare = 0.9;
@@ -104,7 +104,7 @@ double AdaptiveSteps::next_landing() const {
 
 StepSpan AdaptiveSteps::span_of(double length, double landing) const {
   const StepSpan span{length, run_.state().time + length};
-  if (!(std::abs(span.end - landing) <= kMerged * length)) return span;
+  if (!(std::abs(span.end - landing) <= kMergedAtLanding * length)) return span;
   const double left = landing - run_.state().time;
   return {std::abs(left - length) <= round_off_of_time(landing) ? length : left, landing};
 }

@@ -14,7 +14,7 @@ namespace {
 // A run counts as unstable once the energy error is this many times the energy that entered.
 constexpr double kBlowUp = 10.0;
 // If the remaining time is shorter than this share of a step, the step before it is made longer.
-constexpr double kMerged = 1e-6;
+constexpr double kMergedAtEnd = 1e-6;
 
 }  // namespace
 
@@ -61,7 +61,7 @@ Index steps_to_end(const RunData& run, double step) {
   const double end = run.settings.time.end;
   const double left = end - run.state().time;
   if (std::isfinite(end) && left <= round_off_of_time(end)) return 0;
-  const double count = std::ceil(std::min(left / step, kMostSteps) - kMerged);
+  const double count = std::ceil(std::min(left / step, kMostSteps) - kMergedAtEnd);
   return std::max<Index>(1, static_cast<Index>(count));
 }
 

@@ -186,7 +186,7 @@ StepOutcome StepsByEnergy::advance() {
   return std::move(last.outcome);
 }
 
-std::string report(const StepControl& control, const TimeSettings& /*time*/) {
+std::string energy_report(const StepControl& control, const TimeSettings& /*time*/) {
   return fmt::format(
       "the discrete energy is kept, but for {} steps without a solution; {} "
       "attempts failed. energy_error is the one between the ends of steps, which stays bounded "
@@ -194,7 +194,8 @@ std::string report(const StepControl& control, const TimeSettings& /*time*/) {
       control.without_solution, control.failed);
 }
 
-std::string warning(const StepControl& control, const TimeSettings& /*time*/, Index step) {
+std::string energy_steps_warning(const StepControl& control, const TimeSettings& /*time*/,
+                                 Index step) {
   if (control.without_solution == 0) return {};
   return fmt::format(
       "in {} of {} steps no size between the bounds keeps the discrete energy: the size of the "
@@ -214,8 +215,8 @@ Adaptation adaptation_by_energy() {
           10.0,
           {{"discrete_energy", &StepControl::discrete_energy},
            {"energy_residual", &StepControl::energy_residual}},
-          report,
-          warning};
+          energy_report,
+          energy_steps_warning};
 }
 
 }  // namespace tetraction

@@ -154,7 +154,7 @@ StepOutcome StepsByError::advance() {
   }
 }
 
-std::string report(const StepControl& control, const TimeSettings& time) {
+std::string error_report(const StepControl& control, const TimeSettings& time) {
   return fmt::format(
       "errors of at most {:.3g} of the body's diagonal in a step; {} attempts "
       "rejected, {} of which failed. Momenta are conserved as with equal steps; the energy {}",
@@ -163,7 +163,7 @@ std::string report(const StepControl& control, const TimeSettings& time) {
                                       : "is treated as in equal steps");
 }
 
-std::string warning(const StepControl& control, const TimeSettings& time, Index step) {
+std::string error_steps_warning(const StepControl& control, const TimeSettings& time, Index step) {
   if (control.above_tolerance == 0) return {};
   return fmt::format(
       "{} of {} steps are less exact than time.tolerance = {:.3g}: smaller ones than "
@@ -183,8 +183,8 @@ Adaptation adaptation_by_error() {
           1e-6,
           100.0,
           {{"step_error", &StepControl::last_error}},
-          report,
-          warning};
+          error_report,
+          error_steps_warning};
 }
 
 }  // namespace tetraction

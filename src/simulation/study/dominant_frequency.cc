@@ -11,7 +11,7 @@
 namespace tetraction {
 namespace {
 
-constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+constexpr double kNoFrequency = std::numeric_limits<double>::quiet_NaN();
 constexpr double kTurn = 2.0 * std::numbers::pi;
 
 // Values with weights that add up to 1, and whose weighted mean is 0.
@@ -128,9 +128,10 @@ class WeightedTrace {
 double dominant_frequency(const std::vector<double>& times, const std::vector<double>& values,
                           double round_off) {
   constexpr double kFewestPeriods = 2.0;
-  if (times.size() < 5 || !(times.back() > times.front())) return kNone;
+  if (times.size() < 5 || !(times.back() > times.front())) return kNoFrequency;
   const WeightedTrace trace(times, values);
-  if (!(trace.variance() > round_off * round_off) || !std::isfinite(trace.variance())) return kNone;
+  if (!(trace.variance() > round_off * round_off) || !std::isfinite(trace.variance()))
+    return kNoFrequency;
   const double highest = 0.5 * static_cast<double>(times.size() - 1) / trace.duration();
   double best = trace.largest_coefficient();
   // Parabolas through three points find the maximum. The first spacing is a quarter of the half
@@ -158,7 +159,7 @@ double dominant_frequency(const std::vector<double>& times, const std::vector<do
     spacing *= 0.125;
   }
   const double periods = best * trace.duration();
-  return periods >= kFewestPeriods * (1.0 - 1e-6) ? best : kNone;
+  return periods >= kFewestPeriods * (1.0 - 1e-6) ? best : kNoFrequency;
 }
 
 }  // namespace tetraction

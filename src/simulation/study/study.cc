@@ -22,7 +22,7 @@
 namespace tetraction {
 namespace {
 
-constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+constexpr double kNoError = std::numeric_limits<double>::quiet_NaN();
 
 // An error below this many times the reference's own error gives no order.
 constexpr double kAboveReference = 5.0;
@@ -474,7 +474,7 @@ class Study {
     run.row.compares_solver = planned.compares_solver;
     run.row.variant = variant.name;
     run.row.directory = planned.directory;
-    run.row.position_error = run.row.position_error_rms = run.row.observed_order = kNone;
+    run.row.position_error = run.row.position_error_rms = run.row.observed_order = kNoError;
 
     run.row.date = utc_now();
     const Machine machine = this_machine();
@@ -498,7 +498,7 @@ class Study {
     run.row.wall_seconds = session.times().stepping;
     const double simulated = session.state().time;
     run.row.seconds_per_simulated_second =
-        simulated > 0.0 ? run.row.wall_seconds / simulated : kNone;
+        simulated > 0.0 ? run.row.wall_seconds / simulated : kNoError;
     run.row.iterations_per_step =
         run.row.steps > 0
             ? static_cast<double>(session.total_iterations()) / static_cast<double>(run.row.steps)
@@ -551,7 +551,7 @@ class Study {
     const bool is_run =
         !reference.extrapolation || !reference.extrapolation->is_valid_for(has_error_probe());
     const double reference_error = error_of_reference(rows, reference);
-    const double known_error = reference_error > 0.0 ? reference_error : kNone;
+    const double known_error = reference_error > 0.0 ? reference_error : kNoError;
     result_.references[reference.entry].error = known_error;
     if (index == 0) result_.reference_error = known_error;
     const double possible_error =
@@ -661,7 +661,7 @@ std::size_t StudyPlan::run_count() const {
 }
 
 double observed_order(double h1, double e1, double h2, double e2, double hr) {
-  if (!(e1 > 0.0) || !(e2 > e1) || !(h2 > h1) || !(h1 > hr)) return kNone;
+  if (!(e1 > 0.0) || !(e2 > e1) || !(h2 > h1) || !(h1 > hr)) return kNoError;
   if (hr == 0.0) return std::log(e2 / e1) / std::log(h2 / h1);
   const double target = std::log(e2 / e1);
   const auto ratio = [&](double p) {
@@ -669,7 +669,7 @@ double observed_order(double h1, double e1, double h2, double e2, double hr) {
   };
   double low = 1e-3;
   double high = 12.0;
-  if (ratio(low) > target || ratio(high) < target) return kNone;
+  if (ratio(low) > target || ratio(high) < target) return kNoError;
   while (high - low > 1e-10) {
     const double middle = 0.5 * (low + high);
     (ratio(middle) < target ? low : high) = middle;

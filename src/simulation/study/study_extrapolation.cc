@@ -11,7 +11,7 @@
 namespace tetraction {
 namespace {
 
-constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+constexpr double kNoOrder = std::numeric_limits<double>::quiet_NaN();
 
 // An observed order that differs by more from the theoretical one does not allow the extrapolation.
 constexpr double kOrderTolerance = 0.4;
@@ -22,7 +22,7 @@ struct Differences {
   double fine = 0.0;          // |B − C|
   double extrapolated = 0.0;  // |E(h) − E(2h)|
 
-  double order() const { return fine > 0.0 && coarse > 0.0 ? std::log2(coarse / fine) : kNone; }
+  double order() const { return fine > 0.0 && coarse > 0.0 ? std::log2(coarse / fine) : kNoOrder; }
 };
 
 // E(h) − E(2h) with E(h) = C + share (C − B) and E(2h) = B + share (B − A).
@@ -103,7 +103,7 @@ ReferenceDistance distance_between(const ReferenceRecord& run, const ReferenceRe
     squares += (run.track.sample(i) - reference.track.sample(i)).squaredNorm();
     count += 1.0;
   }
-  distance.over_time = count > 0.0 ? std::sqrt(squares / count) : kNone;
+  distance.over_time = count > 0.0 ? std::sqrt(squares / count) : kNoOrder;
   if (run.probe.has_values()) distance.of_probe = run.probe.largest_difference(reference.probe);
   return distance;
 }
@@ -175,7 +175,7 @@ ExtrapolatedReference extrapolate_reference(Integrator integrator, double step,
   // The leading term of the extrapolation is at least of order p + 1.
   const double next = 1.0 / (std::pow(2.0, p + 1) - 1.0);
   const auto error_of = [&](const Differences& d, bool is_valid, bool is_exact, double unit) {
-    if (!(unit > 0.0)) return kNone;
+    if (!(unit > 0.0)) return kNoOrder;
     return (is_valid ? next * d.extrapolated : (is_exact ? 1.0 : share) * d.fine) / unit;
   };
   const double scale_at_end = finest.track.scale_at_end();

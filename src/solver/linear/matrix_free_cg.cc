@@ -13,7 +13,7 @@ namespace tetraction {
 namespace {
 
 // The part of the last solve's residual in a system, relative to the residual asked for, …
-constexpr double kSeed = 0.25;
+constexpr double kSeedIfOwn = 0.25;
 constexpr double kSeedIfGiven = 0.1;  // … and with a preconditioner that the caller has given
 
 template <class T>
@@ -425,7 +425,7 @@ CgReport MatrixFreeCg<T>::run(const Vector& gradient, double forcing, int max_it
   }
   known_iterations_ = 0;
   known_digits_ = 0.0;
-  start(gradient, scale, (given ? kSeedIfGiven : kSeed) * forcing);
+  start(gradient, scale, (given ? kSeedIfGiven : kSeedIfOwn) * forcing);
   const CgReport report = conjugate_gradients(*this, forcing, max_iterations);
   if (report.negative_curvature) curvature_ = report.curvature;
   last_ = report.last_square;

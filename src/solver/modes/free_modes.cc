@@ -11,12 +11,11 @@
 
 #include "core/decompositions.h"
 #include "fem/jointed_pieces.h"
+#include "mode_construction.h"
 #include "tetraction/core/error.h"
 
 namespace tetraction {
 namespace {
-
-constexpr double kRoundOff = std::numeric_limits<double>::epsilon();
 
 // An orthonormal basis of the coefficients c with |columns c| ≤ limit |c|.
 Matrix null_space(const Matrix& columns, double limit) {
@@ -159,7 +158,7 @@ struct ForcesOfState {
     double energy = 0.0;
     system.elastic_energy_and_gradient(q, energy, elastic);
     const double noise =
-        kMargin * 0.5 * kRoundOff * std::sqrt(system.stiffness_sums(0.0).with_edges);
+        kMargin * 0.5 * kEpsilon * std::sqrt(system.stiffness_sums(0.0).with_edges);
     if (elastic.norm() <= noise) {
       elastic.setZero();
     } else {

@@ -4,14 +4,10 @@
 #include <cmath>
 
 namespace tetraction {
-namespace {
-
-constexpr double kRoundOff = std::numeric_limits<double>::epsilon();
-
-}  // namespace
+namespace {}  // namespace
 
 double RoundOff::of_vector(double omega_squared) const {
-  const double error = kRoundOff * largest;
+  const double error = kEpsilon * largest;
   if (error == 0.0 || std::isinf(beyond)) return 0.0;
   return (error / std::abs(omega_squared)) * (error / beyond);
 }
@@ -21,7 +17,7 @@ double RoundOff::of_frequency(double omega_squared) const {
   if (omega_squared == 0.0) return 1.0;
   const double size = std::abs(omega_squared);
   // Strains have round-off of displacements. Stresses have that of F = 1, which rotations feel.
-  const double product = kProduct * kRoundOff * (std::sqrt(largest / size) + turning / size);
+  const double product = kProduct * kEpsilon * (std::sqrt(largest / size) + turning / size);
   return std::min(1.0, 0.5 * (product + of_vector(omega_squared)));
 }
 

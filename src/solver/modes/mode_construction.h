@@ -8,6 +8,8 @@
 
 namespace tetraction {
 
+inline constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
+
 /// Estimates of the round-off of eigenvalues.
 struct RoundOff {
   double largest = 0.0;  ///< of S

@@ -12,8 +12,6 @@
 namespace tetraction {
 namespace {
 
-constexpr double kRoundOff = std::numeric_limits<double>::epsilon();
-
 // A mode of a complex ω², if it is one, has the frequency and the rate of growth of e^(iωt).
 NormalMode make_complex_mode(const MechanicalSystem& system, const ScaledStiffness& stiffness,
                              const RoundOff& round_off, std::complex<double> omega_squared,
@@ -86,7 +84,6 @@ BothEigenvectors find_left(const std::vector<ComplexEigenpair>& pairs,
 // consists of it more than of any other mode.
 void enter_damping(const DampingMatrix& damping, const ScaledStiffness& stiffness,
                    const BothEigenvectors& both, std::vector<NormalMode>& modes) {
-  using Complex = std::complex<double>;
   constexpr double kRoundOffOfRate = 1e-9;  // of |λ|
   const Index count = both.values.size();
   Eigen::MatrixXcd images(both.right.rows(), count);
@@ -102,11 +99,11 @@ void enter_damping(const DampingMatrix& damping, const ScaledStiffness& stiffnes
   // [0 E; −Ω² E⁻¹ −ΨᵀCΦ] comparable, whatever the unit of time.
   Vector scale = both.values.cwiseAbs().cwiseSqrt();
   const double unit = scale.maxCoeff() > 0.0 ? scale.maxCoeff() : 1.0;
-  scale = (scale / unit).cwiseMax(kRoundOff);
+  scale = (scale / unit).cwiseMax(kEpsilon);
   Eigen::MatrixXcd matrix = Eigen::MatrixXcd::Zero(2 * count, 2 * count);
-  matrix.topRightCorner(count, count).diagonal() = scale.cast<Complex>();
+  matrix.topRightCorner(count, count).diagonal() = scale.cast<std::complex<double>>();
   matrix.bottomLeftCorner(count, count).diagonal() =
-      -(both.values / (unit * unit)).cwiseQuotient(scale.cast<Complex>());
+      -(both.values / (unit * unit)).cwiseQuotient(scale.cast<std::complex<double>>());
   matrix.bottomRightCorner(count, count) = -reduced / unit;
   const Eigen::ComplexEigenSolver<Eigen::MatrixXcd> solver(matrix);
   struct Match {
@@ -130,7 +127,7 @@ void enter_damping(const DampingMatrix& damping, const ScaledStiffness& stiffnes
     is_done[j] = is_taken[static_cast<std::size_t>(match.eigenvalue)] = true;
     NormalMode& mode = modes[both.modes[j]];
     if (!is_vibration(mode.kind)) continue;
-    const Complex lambda = unit * solver.eigenvalues()[match.eigenvalue];
+    const std::complex<double> lambda = unit * solver.eigenvalues()[match.eigenvalue];
     const bool grows = lambda.real() > kRoundOffOfRate * std::abs(lambda);
     mode.damping_ratio = -lambda.real() / std::abs(lambda);
     mode.kind = grows ? ModeKind::kFlutter : ModeKind::kElastic;

@@ -10,7 +10,7 @@ namespace {
 
 using Preconditioner = AssembledSystem::Preconditioner;
 
-constexpr int kMost = 30;  // iterations of conjugate gradients with a factor
+constexpr int kMostWithKeptFactor = 30;  // iterations of conjugate gradients with a factor
 constexpr double kCurved = 1e-6;
 
 }  // namespace
@@ -73,8 +73,8 @@ bool FactorStrategy::find_with_kept(const NewtonSystem& system, MinimizerReport&
   if (choice_.supports_matrix_free() && single_precision_suffices_) {
     MatrixFreeCg<float>& free = matrix_free_.single_precision();
     free.set(system.problem, system.x);
-    cg = free.solve(system.gradient, system.forcing, kMost, matrix().single_precision_factor(),
-                    direction.d);
+    cg = free.solve(system.gradient, system.forcing, kMostWithKeptFactor,
+                    matrix().single_precision_factor(), direction.d);
     direction.is_safe = free.step_is_safe();
   } else {
     matrix().assemble(system.problem, system.x);
@@ -82,7 +82,7 @@ bool FactorStrategy::find_with_kept(const NewtonSystem& system, MinimizerReport&
     cg = matrix().solve(-system_.coordinates().restrict(system.gradient),
                         single_precision_suffices_ ? Preconditioner::kSinglePrecisionFactor
                                                    : Preconditioner::kFactor,
-                        system.forcing, kMost, solution);
+                        system.forcing, kMostWithKeptFactor, solution);
     direction.d = system_.coordinates().extend(solution);
   }
   report.cg_iterations += cg.iterations;
@@ -108,7 +108,7 @@ bool FactorStrategy::find_by_elements(const NewtonSystem& system, MinimizerRepor
     direction.d = system_.coordinates().extend(solution);
     return cg;
   };
-  if (has_kept() && solve(kMost).converged) return true;
+  if (has_kept() && solve(kMostWithKeptFactor).converged) return true;
   if (!matrix().assemble(system.problem, system.x)) return false;
   ++report.factorizations;
   enter_factorization();
@@ -138,7 +138,8 @@ bool FactorStrategy::find_projected(const NewtonSystem& system, MinimizerReport&
   if (!matrix().factorize_projected(system.problem, system.x)) return false;
   const Vector right = -system_.coordinates().restrict(system.gradient);
   Vector ignored;
-  const CgReport cg = matrix().solve(right, Preconditioner::kFactor, kCurved, kMost, ignored);
+  const CgReport cg =
+      matrix().solve(right, Preconditioner::kFactor, kCurved, kMostWithKeptFactor, ignored);
   report.cg_iterations += cg.iterations;
   if (cg.negative_curvature) met = matrix().negative_curvature();
   direction.d = system_.coordinates().extend(matrix().back_solve(right));

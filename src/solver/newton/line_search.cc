@@ -10,7 +10,7 @@ namespace {
 
 constexpr double kArmijo = 1e-4;
 // A change of Φ relative to Φ that may be mere round-off.
-constexpr double kRoundOff = 1e-11;
+constexpr double kPotentialRoundOff = 1e-11;
 
 // Begins a path at u. Returns the largest t on it, at most `most`, which is 0 for a translation.
 double begin_path(const MinimizationProblem& problem, const Vector& u, const Vector& direction,
@@ -75,7 +75,7 @@ bool LineSearch::search(const MinimizationProblem& problem, const Way& way, Iter
   if (!(slope < 0.0)) return false;
   const double phi = iterate.phi;
   const double residual = iterate.residual;
-  const auto drowns = [&](double t) { return -t * slope <= kRoundOff * std::abs(phi); };
+  const auto drowns = [&](double t) { return -t * slope <= kPotentialRoundOff * std::abs(phi); };
   const auto is_good = [&](double t) {
     const bool lower =
         drowns(t) ? iterate.residual <= 0.9 * residual : iterate.phi <= phi + kArmijo * t * slope;
@@ -143,7 +143,7 @@ bool follow(const MinimizationProblem& problem, const NegativeCurvature& way, It
         longest_turn > 0.0 ? longest_turn : problem.longest_step(iterate.u, direction, false);
     for (; t > kShortest; t *= 0.5) {
       const double fall = -t * slope - 0.5 * t * t * curvature;
-      if (fall <= kRoundOff * std::abs(iterate.phi)) break;
+      if (fall <= kPotentialRoundOff * std::abs(iterate.phi)) break;
       double lowest = 0.0;
       if (!value(t, lowest) || lowest > iterate.phi - kShare * fall) continue;
       double next = 0.0;
