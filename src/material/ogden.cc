@@ -83,7 +83,8 @@ std::string Ogden::instability() const {
         const double exponent = parameters_.alpha[p] * log;
         slope += parameters_.mu[p] * (std::expm1(exponent) - std::expm1(-0.5 * exponent));
       }
-      if (slope * sign > 0.0) continue;
+      // Terms that overflow say nothing about the sign.
+      if (slope * sign > 0.0 || !std::isfinite(slope)) continue;
       return fmt::format(
           "the ogden material is unstable: at a stretch of {:.3g} of a uniaxial state its stress "
           "has "

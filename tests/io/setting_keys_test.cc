@@ -370,7 +370,8 @@ class SettingKeys : public testing::Test {
 
   void expect_refusals(const Base& base, const SceneKey& key) const {
     const SceneSection& section = *base.section;
-    const NumberRange allowed = range_of(key, section, base.settings());
+    Base right = base;
+    const NumberRange allowed = range_of(key, section, right.settings());
     for (const double number : outside(allowed, key.value->type() == "whole number")) {
       Base wrong = base;
       if (!put_number(key, section, wrong.settings(), number)) return;

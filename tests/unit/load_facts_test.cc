@@ -32,18 +32,18 @@ Scene beam() {
   return scene;
 }
 
-struct Body {
+struct LoadedBeam {
   Scene scene;
   std::unique_ptr<MechanicalSystem> system;
   BodyConstraints constraints;
   Vector positions;
 
-  Body(const Scene& of, TetMesh mesh) : scene(of) {
+  LoadedBeam(const Scene& of, TetMesh mesh) : scene(of) {
     system = make_system(scene, std::move(mesh));
     std::string note;
     positions = make_initial_state(scene, *system, constraints, note).position;
   }
-  explicit Body(const Scene& of) : Body(of, generate_mesh(*of.mesh.generate)) {}
+  explicit LoadedBeam(const Scene& of) : LoadedBeam(of, generate_mesh(*of.mesh.generate)) {}
 
   std::vector<LoadFacts> loads() const { return load_facts(scene, *system, positions); }
   std::vector<SupportFacts> supports() const { return support_facts(constraints, *system); }
@@ -87,7 +87,7 @@ TEST(LoadFacts, EveryKindOfLoad) {
     body.acceleration = Vector3(0, -2, 0);
     scene.body_force.push_back(body);
     TetMesh mesh = generate_mesh(*scene.mesh.generate);
-    const Body all(scene, quadratic ? with_edge_vertices(std::move(mesh)) : std::move(mesh));
+    const LoadedBeam all(scene, quadratic ? with_edge_vertices(std::move(mesh)) : std::move(mesh));
     const std::vector<LoadFacts> facts = all.loads();
     ASSERT_EQ(facts.size(), 7U);
     const auto find = [&](const std::string& key) {
@@ -154,7 +154,7 @@ TEST(LoadFacts, AmplitudesAndTheEnvironment) {
   scene.environment.kind = EnvironmentKind::kGravity;
   scene.environment.strength = 10.0;
   scene.environment.amplitude = "ramp";
-  const Body body(scene);
+  const LoadedBeam body(scene);
   const LoadFacts load = body.loads().front();
   EXPECT_EQ(load.factor, 0.0);
   EXPECT_EQ(load.amplitude, "ramp");
@@ -182,7 +182,7 @@ TEST(LoadFacts, CurvedFacesEncloseTheVolumeOfTheirElements) {
   pressure.value = 1.0;
   scene.fix.clear();
   scene.pressure.push_back(pressure);
-  const Body body(scene, std::move(mesh));
+  const LoadedBeam body(scene, std::move(mesh));
   double volume = 0.0;
   for (Index e = 0; e < body.system->rest().element_count(); ++e) {
     volume += element_mass_matrix(body.system->rest(), e).sum();
@@ -210,7 +210,7 @@ TEST(LoadFacts, RimsOnPlanesOfSymmetryAndCavities) {
   scene.pressure.push_back(pressure);
   pressure.select = SelectSurface{};
   scene.pressure.push_back(pressure);
-  const Body body(scene, testing_support::cubes(places));
+  const LoadedBeam body(scene, testing_support::cubes(places));
   const std::vector<LoadFacts> loads = body.loads();
   EXPECT_TRUE(loads[0].surface->is_closed());
   EXPECT_NEAR(loads[0].surface->volume, -1.0, 1e-12);
@@ -248,7 +248,7 @@ TEST(SupportFacts, EveryKindOfSupport) {
   handle.kind = ConstraintKind::kRigid;
   handle.select = SelectPlane{0, 2.0, {}};
   handle.angular_velocity = Vector3(1, 0, 0);
-  const Body driven([&] {
+  const LoadedBeam driven([&] {
     Scene with = scene;
     with.fix.pop_back();
     with.constraint.push_back(handle);
@@ -257,7 +257,7 @@ TEST(SupportFacts, EveryKindOfSupport) {
   handle.angular_velocity.reset();
   handle.select = SelectPlane{0, 1.5, {}};
   scene.constraint.push_back(handle);
-  const Body body(scene);
+  const LoadedBeam body(scene);
   const std::vector<SupportFacts> facts = body.supports();
   ASSERT_EQ(facts.size(), 4U);
   EXPECT_EQ(facts[0].kind, SupportKind::kFix);

@@ -24,7 +24,7 @@ using namespace testing_support;
 
 const LameParameters kNearlyIncompressible = lame_from_young(1e6, 0.49);
 
-struct Case {
+struct BodyCase {
   std::string name;
   std::vector<MaterialField> materials;
 };
@@ -40,7 +40,7 @@ MaterialField varying(Index count) {
   return MaterialField(elements);
 }
 
-std::vector<Case> cases() {
+std::vector<BodyCase> cases() {
   const NeoHookean neo(kNearlyIncompressible.mu, kNearlyIncompressible.lambda);
   const Yeoh yeoh(2e5, 3e4, 5e3, 1e7);
   return {{"neo_hookean", {neo}},
@@ -65,7 +65,7 @@ std::unique_ptr<MechanicalSystem> block_of(const std::vector<MaterialField>& mat
   return std::make_unique<MechanicalSystem>(std::move(mesh), regions, region, rule);
 }
 
-class NodalVolumeOf : public testing::TestWithParam<Case> {
+class NodalVolumeOf : public testing::TestWithParam<BodyCase> {
  protected:
   std::unique_ptr<MechanicalSystem> system_ = block_of(GetParam().materials, VolumeRule::kNodal);
   const NodalVolume& volume() const { return *system_->nodal_volume(); }

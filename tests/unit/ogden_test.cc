@@ -8,7 +8,9 @@
 
 #include "support/homogeneous_stretches.h"
 #include "tetraction/core/error.h"
+#include "tetraction/fem/elastic_potential.h"
 #include "tetraction/material/material.h"
+#include "tetraction/mesh/generate.h"
 
 namespace tetraction {
 namespace {
@@ -175,6 +177,25 @@ TEST(Ogden, PoissonsRatioGivesTheBulkModulus) {
 TEST(Ogden, WarnsOfParametersThatSetEnergyFree) {
   EXPECT_EQ(treloar(1.0).instability(), "");
   EXPECT_NE(Ogden({1.0, -0.2}, {2.0, 4.0}, 10.0).instability(), "");
+  // Terms that overflow do not count as unstable.
+  EXPECT_EQ(Ogden({1e5, -1e3}, {400.0, 350.0}, 1e6).instability(), "");
+}
+
+// The exponentials of the kernels have a limit, beyond which numbers must not be taken for an energy.
+TEST(Ogden, AnEnergyThatOverflowsIsUndefined) {
+  const TetMesh mesh = generate_box({1, 1, 1}, {2, 2, 2});
+  const RestState rest(mesh);
+  Vector q = mesh.rest_positions();
+  for (Index v = 0; v < mesh.vertex_count(); ++v) {
+    vertex_block(q, v) = Vector3(3.0, 0.1, 0.1).cwiseProduct(vertex_block(q, v)).eval();
+  }
+  for (const double exponent : {1000.0, 3000.0, -3000.0, 1e5, -1e5}) {
+    const ElasticPotential potential(rest, MaterialField(Ogden({0.5 * exponent}, {exponent}, 2.0)));
+    double energy = 0.0;
+    Vector gradient(q.size());
+    EXPECT_FALSE(potential.value(q, energy).ok()) << exponent << " " << energy;
+    EXPECT_FALSE(potential.value_and_gradient(q, energy, gradient).ok()) << exponent;
+  }
 }
 
 }  // namespace

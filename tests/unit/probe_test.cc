@@ -1,5 +1,7 @@
 #include "tetraction/simulation/probe.h"
 
+#include <fmt/format.h>
+
 #include <Eigen/LU>
 #include <cmath>
 #include <numbers>
@@ -153,7 +155,7 @@ TEST(Probe, StressOfAPointIsThatOfTheTetrahedronAroundIt) {
   const RestState rest(mesh);
   for (Index e = 0; e < mesh.tetrahedron_count(); ++e) {
     scene.probe.push_back(
-        probe_at("e" + std::to_string(e), ProbeQuantity::kVonMises, rest.center(e)));
+        probe_at(fmt::format("e{}", e), ProbeQuantity::kVonMises, rest.center(e)));
   }
   Session session(scene, mesh);
   for (int k = 0; k < 20; ++k) ASSERT_TRUE(session.step());
@@ -216,7 +218,7 @@ TEST(Probe, PointsOfCurvedElements) {
     }
   }
   for (std::size_t i = 0; i < points.size(); ++i) {
-    scene.probe.push_back(probe_at("p" + std::to_string(i), ProbeQuantity::kPosition, points[i]));
+    scene.probe.push_back(probe_at(fmt::format("p{}", i), ProbeQuantity::kPosition, points[i]));
   }
   Session session(scene, mesh);
   std::vector<double> values(session.probes().value_count());

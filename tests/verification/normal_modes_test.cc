@@ -17,7 +17,7 @@ namespace {
 using namespace testing_support;
 
 constexpr double kPi = std::numbers::pi;
-constexpr double kYoung = 1e6;
+constexpr double kModulus = 1e6;
 constexpr double kDensity = 1000.0;
 
 NormalModes lowest(const MechanicalSystem& system, Index count) {
@@ -28,7 +28,7 @@ NormalModes lowest(const MechanicalSystem& system, Index count) {
 
 // f_n = (β_n²/2π) √(EI/ρA)/L² of Euler and Bernoulli, for a square section of width h.
 double bending_frequency(double beta, double width, double length) {
-  return beta * beta / (2.0 * kPi) * std::sqrt(kYoung / kDensity / 12.0) * width /
+  return beta * beta / (2.0 * kPi) * std::sqrt(kModulus / kDensity / 12.0) * width /
          (length * length);
 }
 
@@ -36,7 +36,7 @@ double bending_frequency(double beta, double width, double length) {
 // in bending, by an amount that depends on the direction of their diagonals. The error of the mean
 // frequency of a pair has order two, and the two frequencies come together.
 TEST(FreeBeam, SixRigidModesAndPairsOfBendingModes) {
-  const LameParameters lame = lame_from_young(kYoung, 0.3);
+  const LameParameters lame = lame_from_young(kModulus, 0.3);
   constexpr double kLength = 2.0;
   constexpr double kWidth = 0.1;
   const double exact = bending_frequency(4.730041, kWidth, kLength);
@@ -62,7 +62,7 @@ TEST(FreeBeam, SixRigidModesAndPairsOfBendingModes) {
 // A rod that is held at one end along its axis only: f = √(E/ρ)/(4L), with the wave speed of a free
 // lateral contraction. The first axial mode has 8/π² of the mass.
 TEST(AxialRod, FirstFrequencyWithFreeContraction) {
-  const LameParameters lame = lame_from_young(kYoung, 0.3);
+  const LameParameters lame = lame_from_young(kModulus, 0.3);
   const TetMesh mesh = generate_box({1, 0.05, 0.05}, {60, 3, 3});
   MechanicalSystem system(mesh, StVenantKirchhoff(lame.mu, lame.lambda), kDensity);
   PrescribedVertices end =
@@ -75,14 +75,14 @@ TEST(AxialRod, FirstFrequencyWithFreeContraction) {
                                       [](const NormalMode& a, const NormalMode& b) {
                                         return a.effective_mass.x() < b.effective_mass.x();
                                       });
-  const double exact = 0.25 * std::sqrt(kYoung / kDensity);
+  const double exact = 0.25 * std::sqrt(kModulus / kDensity);
   EXPECT_NEAR(axial->frequency(), exact, 1e-3 * exact);
   EXPECT_NEAR(axial->effective_mass.x() / system.total_mass(), 8.0 / (kPi * kPi), 1e-3);
 }
 
 // The free cube has the exact mode of statics_and_modes_test.cc, f = √(μ/ρ)/(√2 a), three times.
 TEST(FreeCube, ExactModeIsFound) {
-  const LameParameters lame = lame_from_young(kYoung, 0.25);
+  const LameParameters lame = lame_from_young(kModulus, 0.25);
   const double exact = std::sqrt(lame.mu / kDensity) / std::numbers::sqrt2;
   const MechanicalSystem system(generate_box({1, 1, 1}, {10, 10, 10}),
                                 StVenantKirchhoff(lame.mu, lame.lambda), kDensity);
@@ -97,7 +97,7 @@ TEST(FreeCube, ExactModeIsFound) {
 // Quadratic elements with their consistent mass give frequencies from above, with order 4. Lumped
 // masses would be 1 % too low here.
 TEST(FreeCube, QuadraticElementsFindTheExactMode) {
-  const LameParameters lame = lame_from_young(kYoung, 0.25);
+  const LameParameters lame = lame_from_young(kModulus, 0.25);
   const double exact = std::sqrt(lame.mu / kDensity) / std::numbers::sqrt2;
   const MechanicalSystem system(with_edge_vertices(generate_box({1, 1, 1}, {8, 8, 8})),
                                 StVenantKirchhoff(lame.mu, lame.lambda), kDensity);
@@ -118,7 +118,7 @@ TEST(FreeCube, QuadraticElementsFindTheExactMode) {
 // A rod of quadratic elements that is held along its axis at one end, and a free end that two points
 // keep at their distance: the equations of constraints are those of the consistent mass, too.
 TEST(AxialRod, QuadraticElementsWithADistance) {
-  const LameParameters lame = lame_from_young(kYoung, 0.0);
+  const LameParameters lame = lame_from_young(kModulus, 0.0);
   const TetMesh mesh = with_edge_vertices(generate_box({1, 0.1, 0.1}, {10, 1, 1}));
   MechanicalSystem system(mesh, StVenantKirchhoff(lame.mu, lame.lambda), kDensity);
   PrescribedVertices end =
@@ -131,7 +131,7 @@ TEST(AxialRod, QuadraticElementsWithADistance) {
                                       [](const NormalMode& x, const NormalMode& y) {
                                         return x.effective_mass.x() < y.effective_mass.x();
                                       });
-  const double exact = 0.25 * std::sqrt(kYoung / kDensity);
+  const double exact = 0.25 * std::sqrt(kModulus / kDensity);
   EXPECT_NEAR(axial->frequency(), exact, 1e-4 * exact);
   EXPECT_NEAR(axial->effective_mass.x() / system.total_mass(), 8.0 / (kPi * kPi), 1e-3);
 }
@@ -142,7 +142,7 @@ class DampedBeam {
   DampedBeam(double poissons_ratio, const std::array<int, 3>& cells)
       : mesh_(generate_box({1, 0.06, 0.06}, cells)) {
     scene_.material.model = "stvk";
-    scene_.material.youngs_modulus = kYoung;
+    scene_.material.youngs_modulus = kModulus;
     scene_.material.poissons_ratio = poissons_ratio;
     FixSettings clamp;
     clamp.select = SelectPlane{0, 0.0, {}};
@@ -242,7 +242,7 @@ TEST(DampingRatio, IsThatOfTheDampingMatrix) {
 
 // C = a M gives ζ = a/(2ω), with the consistent mass of quadratic elements, too.
 TEST(DampingRatio, OfTheMassOfQuadraticElements) {
-  const LameParameters lame = lame_from_young(kYoung, 0.3);
+  const LameParameters lame = lame_from_young(kModulus, 0.3);
   MechanicalSystem system(with_edge_vertices(generate_box({4, 1, 1}, {4, 1, 1})),
                           StVenantKirchhoff(lame.mu, lame.lambda), kDensity);
   system.set_damping({0.0, 2.0, 0.0});
@@ -257,7 +257,7 @@ TEST(DampingRatio, OfTheMassOfQuadraticElements) {
 // lateral contraction on coarse meshes; with the order two of the mesh this goes away. A clamp would
 // hinder it as well, so the beam is free.
 TEST(DampingRatio, OfBendingWithLateralContraction) {
-  const LameParameters lame = lame_from_young(kYoung, 0.3);
+  const LameParameters lame = lame_from_young(kModulus, 0.3);
   std::vector<double> ratios;
   for (const int n : {1, 2}) {
     MechanicalSystem system(generate_box({1, 0.06, 0.06}, {24 * n, 4 * n, 4 * n}),
@@ -282,7 +282,7 @@ struct StretchedString {
   Equilibrium equilibrium;
 
   explicit StretchedString(double strain)
-      : system(mesh, StVenantKirchhoff(lame_from_young(kYoung, 0.0).mu, 0.0), kDensity) {
+      : system(mesh, StVenantKirchhoff(lame_from_young(kModulus, 0.0).mu, 0.0), kDensity) {
     const auto end = [&](double x, double offset) {
       PrescribedVertices held =
           prescribe_at_rest(mesh, select_vertices(mesh, SelectPlane{0, x, {}}), "end");
@@ -351,7 +351,7 @@ struct PressedCantilever {
 
   PressedCantilever(const Selection& faces, double pressure)
       : system(mesh,
-               NeoHookean(lame_from_young(kYoung, 0.3).mu, lame_from_young(kYoung, 0.3).lambda),
+               NeoHookean(lame_from_young(kModulus, 0.3).mu, lame_from_young(kModulus, 0.3).lambda),
                kDensity) {
     const PrescribedVertices clamp =
         prescribe_at_rest(mesh, select_vertices(mesh, SelectPlane{0, 0.0, {}}), "clamp");
@@ -397,7 +397,8 @@ TEST(Prestressed, FrequencyOfAStringRisesAsTheRootOfTheTension) {
     const double tension = string.tension();
     // Second Piola–Kirchhoff stress E(λ² − 1)/2 at the stretch λ.
     const double stretch = 1.0 + strain;
-    EXPECT_NEAR(tension, 4e-6 * kYoung * 0.5 * stretch * (stretch * stretch - 1.0), 1e-3 * tension);
+    EXPECT_NEAR(tension, 4e-6 * kModulus * 0.5 * stretch * (stretch * stretch - 1.0),
+                1e-3 * tension);
     const double mass = string.system.total_mass();
     const double exact = 0.5 * std::sqrt(tension / (mass * stretch));
     const NormalModes modes = string.modes(2);
@@ -411,7 +412,7 @@ TEST(Prestressed, FrequencyOfAStringRisesAsTheRootOfTheTension) {
 // A straight beam that is compressed beyond its buckling load is no stable equilibrium: it has an
 // unstable mode for each of the two directions in which it can buckle. Below the load it has none.
 TEST(Prestressed, UnstableModesBeyondTheBucklingLoad) {
-  const LameParameters lame = lame_from_young(kYoung, 0.0);
+  const LameParameters lame = lame_from_young(kModulus, 0.0);
   const TetMesh mesh = generate_box({1, 0.05, 0.05}, {40, 2, 2});
   MechanicalSystem system(mesh, StVenantKirchhoff(lame.mu, lame.lambda), kDensity);
   std::vector<PrescribedVertices> held;

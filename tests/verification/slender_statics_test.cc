@@ -10,7 +10,7 @@
 namespace tetraction {
 namespace {
 
-constexpr double kYoung = 1e9;
+constexpr double kYoungsModulusOfBars = 1e9;
 
 // A wire of quadratic elements, 1 m long, that is clamped at x = 0. A force at its end bends it.
 struct Wire {
@@ -21,14 +21,15 @@ struct Wire {
   Wire(double thickness, double deflection)
       : mesh(with_edge_vertices(generate_box({1.0, thickness, thickness}, {40, 1, 1}))),
         system(mesh,
-               NeoHookean(lame_from_young(kYoung, 0.0).mu, lame_from_young(kYoung, 0.0).lambda),
+               NeoHookean(lame_from_young(kYoungsModulusOfBars, 0.0).mu,
+                          lame_from_young(kYoungsModulusOfBars, 0.0).lambda),
                1000.0) {
     const PrescribedVertices clamp =
         prescribe_at_rest(mesh, select_vertices(mesh, SelectPlane{0, 0.0, {}}), "clamp");
     system.set_constraints(Constraints({{clamp}, {}, {}, {}}, mesh, system.mass()));
     ExternalForce pull;
     pull.vertices = select_vertices(mesh, SelectPlane{0, 1.0, {}});
-    const double stiffness = 3.0 * kYoung * std::pow(thickness, 4) / 12.0;
+    const double stiffness = 3.0 * kYoungsModulusOfBars * std::pow(thickness, 4) / 12.0;
     pull.vector = {0.0, 0.0, -deflection * stiffness / static_cast<double>(pull.vertices.size())};
     system.add_force(pull);
   }

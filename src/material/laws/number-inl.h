@@ -12,6 +12,7 @@
 #include <hwy/contrib/math/math-inl.h>
 
 #include <cmath>
+#include <limits>
 
 #include "derivatives.h"
 
@@ -54,10 +55,19 @@ HWY_INLINE Number<Tag> mul_sub(Number<Tag> a, Number<Tag> b, Number<Tag> c) {
 HWY_INLINE double mul_sub(double a, double b, double c) {
   return a * b - c;
 }
+/// `value`, an exponential of x, or infinity beyond 706, up to where Highway's exponentials are defined.
+template <class Tag>
+HWY_INLINE Number<Tag> or_infinity(Number<Tag> x, hn::Vec<Tag> value) {
+  constexpr hn::TFromD<Tag> kLargest = 706.0;
+  constexpr auto kInfinity = std::numeric_limits<hn::TFromD<Tag>>::infinity();
+  const Tag tag;
+  return Number<Tag>(
+      hn::IfThenElse(hn::Gt(x.v, hn::Set(tag, kLargest)), hn::Set(tag, kInfinity), value));
+}
 /// eˣ.
 template <class Tag>
 HWY_INLINE Number<Tag> exponential(Number<Tag> x) {
-  return Number<Tag>(hn::Exp(Tag(), x.v));
+  return or_infinity(x, hn::Exp(Tag(), x.v));
 }
 HWY_INLINE double exponential(double x) {
   return std::exp(x);
@@ -65,7 +75,7 @@ HWY_INLINE double exponential(double x) {
 /// eˣ − 1 and ln(1 + x), which keep their digits near x = 0.
 template <class Tag>
 HWY_INLINE Number<Tag> exponential_minus_1(Number<Tag> x) {
-  return Number<Tag>(hn::Expm1(Tag(), x.v));
+  return or_infinity(x, hn::Expm1(Tag(), x.v));
 }
 HWY_INLINE double exponential_minus_1(double x) {
   return std::expm1(x);
