@@ -5,21 +5,13 @@
 #include "setting_keys.h"
 
 // Those that have a table in docs/scene.md, in its order.
-#define TETRACTION_DOCUMENTED_SECTIONS(S)                                                     \
-  S(mesh)                                                                                     \
-  S(generator)                                                                                \
-  S(material)                                                                                 \
-  S(material_region)                                                                          \
-  S(time)                                                                                     \
-  S(solver)                                                                                   \
-  S(environment)                                                                              \
-  S(damping)                                                                                  \
-  S(fix)                                                                                      \
-  S(constraint)                                                                               \
-  S(force)                                                                                    \
-  S(moment)                                                                                   \
-  S(traction) S(pressure) S(body_force) S(amplitude) S(initial) S(momentum) S(event) S(shift) \
-      S(output) S(probe) S(selection) S(plane) S(box) S(sphere) S(faces)
+// clang-format off
+#define TETRACTION_DOCUMENTED_SECTIONS(S)                                                        \
+  S(mesh) S(generator) S(material) S(material_region) S(time) S(solver) S(environment)           \
+  S(damping) S(fix) S(constraint) S(force) S(moment) S(traction) S(pressure) S(body_force)       \
+  S(amplitude) S(initial) S(momentum) S(event) S(shift) S(output) S(probe) S(selection) S(plane) \
+  S(box) S(sphere) S(faces)
+// clang-format on
 
 // Inner tables that are explained with their section.
 #define TETRACTION_OTHER_SECTIONS(S) S(damping_ratio) S(sine) S(smooth_step) S(array) S(field)
