@@ -18,7 +18,6 @@
 namespace tetraction {
 namespace {
 
-constexpr std::string_view kHeaderSpace = " \t\r\n";
 // zlib, lz4 and lzma of XML files: 3 coordinates of 4 bytes, packed 1,032 to 1 at best by zlib.
 constexpr std::int64_t kMostPointsPerByte = 100;
 constexpr std::int64_t kMostValuesPerByte = 1032;
@@ -49,12 +48,12 @@ std::string_view word_after(std::string_view text, std::string_view keyword) {
     if (found == text.end()) return {};
     const auto at = static_cast<std::size_t>(found - text.begin());
     const std::size_t after = at + keyword.size();
-    const bool alone = (at == 0 || kHeaderSpace.find(text[at - 1]) != kHeaderSpace.npos) &&
-                       after < text.size() && kHeaderSpace.find(text[after]) != kHeaderSpace.npos;
+    const bool alone = (at == 0 || kVtkSpace.find(text[at - 1]) != kVtkSpace.npos) &&
+                       after < text.size() && kVtkSpace.find(text[after]) != kVtkSpace.npos;
     if (alone) {
-      const std::size_t begin = text.find_first_not_of(kHeaderSpace, after);
+      const std::size_t begin = text.find_first_not_of(kVtkSpace, after);
       if (begin == text.npos) return {};
-      return text.substr(begin, text.find_first_of(kHeaderSpace, begin) - begin);
+      return text.substr(begin, text.find_first_of(kVtkSpace, begin) - begin);
     }
     from = found + 1;
   }
@@ -187,8 +186,8 @@ class XmlArrays {
     const auto type = type_of(array, name);
     std::int64_t count = 0;
     std::string_view word;
-    for (std::size_t at = 0; (at = content.find_first_not_of(kHeaderSpace, at)) != content.npos;) {
-      const std::size_t end = std::min(content.find_first_of(kHeaderSpace, at), content.size());
+    for (std::size_t at = 0; (at = content.find_first_not_of(kVtkSpace, at)) != content.npos;) {
+      const std::size_t end = std::min(content.find_first_of(kVtkSpace, at), content.size());
       word = content.substr(at, end - at);
       if (type && !is_number(word, *type)) {
         throw FileError(fmt::format("{}: {} in its array {} is not {}.", path_, in_quotes(word),

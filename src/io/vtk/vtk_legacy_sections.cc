@@ -18,8 +18,6 @@
 namespace tetraction {
 namespace {
 
-constexpr std::string_view kLegacySpace = " \t\r\n";
-
 std::string lower(std::string_view word) {
   std::string text(word);
   std::transform(text.begin(), text.end(), text.begin(),
@@ -64,8 +62,8 @@ class LegacySections {
 
  private:
   std::string_view raw_word() {
-    const std::size_t begin = std::min(text_.find_first_not_of(kLegacySpace, at_), text_.size());
-    at_ = std::min(text_.find_first_of(kLegacySpace, begin), text_.size());
+    const std::size_t begin = std::min(text_.find_first_not_of(kVtkSpace, at_), text_.size());
+    at_ = std::min(text_.find_first_of(kVtkSpace, begin), text_.size());
     return text_.substr(begin, at_ - begin);
   }
   std::string word() {
@@ -76,7 +74,7 @@ class LegacySections {
   std::string name() {
     const std::size_t end_before = at_;
     word();
-    const std::size_t begin = text_.find_first_not_of(kLegacySpace, end_before);
+    const std::size_t begin = text_.find_first_not_of(kVtkSpace, end_before);
     return begin >= at_ ? std::string() : std::string(text_.substr(begin, at_ - begin));
   }
   bool number(std::int64_t& value) {
@@ -238,8 +236,7 @@ class LegacySections {
     while (at_ < text_.size()) {
       const std::size_t begin = ++at_;
       skip_line();
-      if (text_.substr(begin, at_ - begin).find_first_not_of(kLegacySpace) == text_.npos)
-        return true;
+      if (text_.substr(begin, at_ - begin).find_first_not_of(kVtkSpace) == text_.npos) return true;
     }
     return false;
   }

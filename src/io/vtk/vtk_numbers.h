@@ -1,4 +1,4 @@
-// The types of numbers in VTK files, and whether a word of a text is one of them.
+// Words of VTK files: the characters between them, the types of numbers, and whether a word is a number.
 #pragma once
 
 #include <optional>
@@ -6,6 +6,9 @@
 #include <string_view>
 
 namespace tetraction {
+
+/// The characters between words of VTK files.
+inline constexpr std::string_view kVtkSpace = " \t\r\n";
 
 struct VtkNumberType {
   enum class Kind { kReal, kSigned, kUnsigned };

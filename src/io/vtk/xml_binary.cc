@@ -10,7 +10,6 @@
 #include "core/quoting.h"
 #include "tetraction/core/error.h"
 #include "vtk_numbers.h"
-#include "xml_tags.h"
 
 namespace tetraction {
 namespace {
@@ -60,7 +59,7 @@ std::string decode(std::string_view text, std::size_t bytes) {
 }
 
 std::string_view without_space(std::string_view text) {
-  text.remove_prefix(std::min(text.find_first_not_of(kXmlSpace), text.size()));
+  text.remove_prefix(std::min(text.find_first_not_of(kVtkSpace), text.size()));
   return text;
 }
 
@@ -153,7 +152,7 @@ void XmlBinaryArrays::check_inline(const XmlTag& array, std::string_view content
 void XmlBinaryArrays::add_appended(const XmlTag& array) {
   const std::string_view name = array.attribute("Name").value_or("");
   std::string_view offset = without_space(array.attribute("offset").value_or(""));
-  offset = offset.substr(0, offset.find_last_not_of(kXmlSpace) + 1);
+  offset = offset.substr(0, offset.find_last_not_of(kVtkSpace) + 1);
   std::size_t value = 0;
   const auto [end, error] = std::from_chars(offset.data(), offset.data() + offset.size(), value);
   if (error != std::errc() || end != offset.data() + offset.size() || value > text_.size()) {

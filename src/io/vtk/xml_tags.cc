@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "vtk_numbers.h"
+
 namespace tetraction {
 namespace {
 
@@ -21,12 +23,12 @@ std::size_t end_of_tag(std::string_view text, std::size_t begin) {
 std::optional<std::string_view> XmlTag::attribute(std::string_view wanted) const {
   std::size_t at = name.size() + (closes ? 1 : 0);
   for (;;) {
-    at = body.find_first_not_of(kXmlSpace, at);
+    at = body.find_first_not_of(kVtkSpace, at);
     const std::size_t equals = at == body.npos ? at : body.find('=', at);
     if (equals == body.npos) return std::nullopt;
     std::string_view key = body.substr(at, equals - at);
-    key = key.substr(0, key.find_last_not_of(kXmlSpace) + 1);
-    const std::size_t open = body.find_first_not_of(kXmlSpace, equals + 1);
+    key = key.substr(0, key.find_last_not_of(kVtkSpace) + 1);
+    const std::size_t open = body.find_first_not_of(kVtkSpace, equals + 1);
     if (open == body.npos || (body[open] != '"' && body[open] != '\'')) return std::nullopt;
     const std::size_t close = body.find(body[open], open + 1);
     if (close == body.npos) return std::nullopt;

@@ -7,8 +7,6 @@
 
 namespace tetraction {
 
-inline constexpr std::string_view kXmlSpace = " \t\r\n";
-
 struct XmlTag {
   std::string_view name;  ///< without the slash of a closing tag
   std::string_view body;  ///< between the angle brackets
