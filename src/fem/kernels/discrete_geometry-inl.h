@@ -34,22 +34,6 @@ HWY_INLINE Real number(Zero) {
   return Real(0.0);
 }
 
-// aᵀb + bᵀa.
-HWY_INLINE void symmetric_sum(const Columns<Vec>& a, const Columns<Vec>& b,
-                              Symmetric<Vec>& result) {
-  for (int i = 0; i < 3; ++i) {
-    for (int j = i; j < 3; ++j) {
-      Vec sum = hn::Mul(a.m[i][0], b.m[j][0]);
-      sum = hn::MulAdd(a.m[j][0], b.m[i][0], sum);
-      for (int k = 1; k < 3; ++k) {
-        sum = hn::MulAdd(a.m[i][k], b.m[j][k], sum);
-        sum = hn::MulAdd(a.m[j][k], b.m[i][k], sum);
-      }
-      result(i, j) = sum;
-    }
-  }
-}
-
 HWY_INLINE Real trace(const Columns<Vec>& m) {
   return Real(hn::Add(m.m[0][0], hn::Add(m.m[1][1], m.m[2][2])));
 }

@@ -437,6 +437,23 @@ HWY_INLINE double sum_of_lanes(Tag tag, const Vec* sums) {
   return total;
 }
 
+/// result = aᵀb + bᵀa.
+template <class Vec>
+HWY_INLINE void symmetric_sum(const Columns<Vec>& a, const Columns<Vec>& b,
+                              Symmetric<Vec>& result) {
+  for (int i = 0; i < 3; ++i) {
+    for (int j = i; j < 3; ++j) {
+      Vec sum = hn::Mul(a.m[i][0], b.m[j][0]);
+      sum = hn::MulAdd(a.m[j][0], b.m[i][0], sum);
+      for (int k = 1; k < 3; ++k) {
+        sum = hn::MulAdd(a.m[i][k], b.m[j][k], sum);
+        sum = hn::MulAdd(a.m[j][k], b.m[i][k], sum);
+      }
+      result(i, j) = sum;
+    }
+  }
+}
+
 /// a:b = Σ a_ij b_ij.
 template <class Vec>
 HWY_INLINE Vec contract(const Columns<Vec>& a, const Columns<Vec>& b) {

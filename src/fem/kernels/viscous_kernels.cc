@@ -36,22 +36,6 @@ HWY_INLINE void pull_back(const Rest& rest, Vec factor, const Symmetric<Vec>& a,
   for (Vec& number : result.m) number = hn::Mul(scale, number);
 }
 
-// result = aᵀb + bᵀa.
-HWY_INLINE void symmetric_sum(const Columns<Vec>& a, const Columns<Vec>& b,
-                              Symmetric<Vec>& result) {
-  for (int i = 0; i < 3; ++i) {
-    for (int j = i; j < 3; ++j) {
-      Vec sum = hn::Mul(a.m[i][0], b.m[j][0]);
-      sum = hn::MulAdd(a.m[j][0], b.m[i][0], sum);
-      for (int k = 1; k < 3; ++k) {
-        sum = hn::MulAdd(a.m[i][k], b.m[j][k], sum);
-        sum = hn::MulAdd(a.m[j][k], b.m[i][k], sum);
-      }
-      result(i, j) = sum;
-    }
-  }
-}
-
 // Computes the edges e = e₀ + δ of the elements in the lanes and a = (e₀ + ½δ)ᵀδ + δᵀ(e₀ + ½δ) + c.
 HWY_INLINE void strain_of_step(Tag tag, const uint16_t* slots, const ViscousStep& step,
                                size_t numbers, Columns<Vec>& e, Symmetric<Vec>& a) {
