@@ -10,29 +10,24 @@ namespace {
 struct Check {
   void operator()(SetMaterial&) const {}  // make_material() checks the values
   void operator()(SetTime& edit) const {
-    TimeSettings time = edit.time;
+    TimeSettings time = edit.settings;
     if (std::isinf(time.end)) time.end = TimeSettings{}.end;  // runs in a window have no end
     check_settings(time);
   }
-  void operator()(SetSolver& edit) const { check_settings(edit.solver); }
-  void operator()(SetDamping& edit) const { check_settings(edit.damping); }
   void operator()(SetEnvironment& edit) const {
-    check_settings(edit.environment);
-    edit.environment.direction = unit_direction(edit.environment.direction);
+    check_settings(edit.settings);
+    edit.settings.direction = unit_direction(edit.settings.direction);
   }
-  void operator()(SetForce& edit) const {
-    check_selection(edit.force.select);
-    check_settings(edit.force);
+  template <class Section>
+  void operator()(SetSection<Section>& edit) const {
+    check_settings(edit.settings);
   }
-  void operator()(SetFix& edit) const {
-    check_selection(edit.fix.select);
-    check_settings(edit.fix);
+  template <class Entry>
+  void operator()(SetEntry<Entry>& edit) const {
+    check_selection(edit.entry.select);
+    check_settings(edit.entry);
   }
   void operator()(Unfix& edit) const { check_selection(edit.select); }
-  void operator()(SetConstraint& edit) const {
-    check_selection(edit.constraint.select);
-    check_settings(edit.constraint);
-  }
   void operator()(RemoveConstraint&) const {}
   void operator()(SetMomentum& edit) const {
     check_selection(edit.momentum.select);

@@ -53,86 +53,86 @@ bool same_fix(const PresentFix& a, const PresentFix& b) {
          a.settings.is_penalty == b.settings.is_penalty && a.settings.penalty == b.settings.penalty;
 }
 
-template <class Kind>
-bool both(const Edit& a, const Edit& b) {
-  return std::holds_alternative<Kind>(a) && std::holds_alternative<Kind>(b);
-}
+// Whether a later edit makes an earlier one of the same kind superfluous.
+struct Replaces {
+  const Edit& earlier;
+  bool operator()(const SetMaterial& next) const {
+    return next.region == std::get<SetMaterial>(earlier).region;
+  }
+  bool operator()(const SetForce& next) const {
+    const SetForce& last = std::get<SetForce>(earlier);
+    return next.index.has_value() && next.index == last.index && next.entry.kind == last.entry.kind;
+  }
+  bool operator()(const SetFix& next) const {
+    const SetFix& last = std::get<SetFix>(earlier);
+    return next.index.has_value() && next.index == last.index &&
+           next.entry.select == last.entry.select &&
+           (next.entry.target.has_value() || !next.entry.targets.empty());
+  }
+  template <class Section>
+  bool operator()(const SetSection<Section>&) const {
+    return true;
+  }
+  template <class Other>
+  bool operator()(const Other&) const {
+    return false;
+  }
+};
 
 }  // namespace
 
 bool replaces(const Edit& later, const Edit& earlier) {
-  if (both<SetMaterial>(later, earlier)) {
-    return std::get<SetMaterial>(later).region == std::get<SetMaterial>(earlier).region;
-  }
-  if (both<SetForce>(later, earlier)) {
-    const SetForce& next = std::get<SetForce>(later);
-    const SetForce& last = std::get<SetForce>(earlier);
-    return next.index.has_value() && next.index == last.index && next.force.kind == last.force.kind;
-  }
-  if (both<SetFix>(later, earlier)) {
-    const SetFix& next = std::get<SetFix>(later);
-    const SetFix& last = std::get<SetFix>(earlier);
-    return next.index.has_value() && next.index == last.index &&
-           next.fix.select == last.fix.select &&
-           (next.fix.target.has_value() || !next.fix.targets.empty());
-  }
-  return both<SetTime>(later, earlier) || both<SetSolver>(later, earlier) ||
-         both<SetDamping>(later, earlier) || both<SetEnvironment>(later, earlier);
+  if (later.index() != earlier.index()) return false;
+  return std::visit(Replaces{earlier}, later);
 }
 
 EditHistory::EditHistory(const Session& session, Apply apply)
     : session_(session), apply_(std::move(apply)) {}
 
+// The settings that an edit is about to change.
+struct EditHistory::BeforeVisitor {
+  const Session& session;
+  std::vector<Before> operator()(const SetMaterial& e) const {
+    const auto region = static_cast<std::size_t>(e.region);
+    if (region >= session.materials().size()) return {};  // the session will refuse the edit
+    return {SetMaterial{e.region, session.materials()[region]}};
+  }
+  template <class Section>
+  std::vector<Before> operator()(const SetSection<Section>&) const {
+    return {SetSection<Section>{section_in<Section>(session.settings())}};
+  }
+  std::vector<Before> operator()(const SetForce& e) const {
+    const std::vector<ForceSettings>& loads = session.loads().list(e.entry.kind);
+    const std::size_t i = e.index.value_or(loads.size());
+    if (i >= loads.size()) return {ForceBefore{e.entry.kind, i, std::nullopt}};
+    return {ForceBefore{e.entry.kind, i, loads[i]}};
+  }
+  std::vector<Before> operator()(const SetFix& e) const {
+    const std::size_t i = e.index.value_or(session.fix_count());
+    if (i >= session.fix_count()) return {FixBefore{i, std::nullopt}};
+    return {FixBefore{i, session.fix(i)}};
+  }
+  std::vector<Before> operator()(const Unfix& e) const {
+    std::vector<Before> fixes;
+    for (std::size_t i = 0; i < session.fix_count(); ++i) {
+      if (!e.fix || *e.fix == i) fixes.emplace_back(FixBefore{i, session.fix(i)});
+    }
+    return fixes;
+  }
+  std::vector<Before> constraint(std::size_t i) const {
+    if (i >= session.constraints().size()) return {ConstraintBefore{i, std::nullopt}};
+    return {ConstraintBefore{i, session.constraints()[i]}};
+  }
+  std::vector<Before> operator()(const SetConstraint& e) const {
+    return constraint(e.index.value_or(session.constraints().size()));
+  }
+  std::vector<Before> operator()(const RemoveConstraint& e) const { return constraint(e.index); }
+  std::vector<Before> operator()(const SetMomentum&) const { return {}; }
+  std::vector<Before> operator()(const ShiftState&) const { return {}; }
+};
+
 std::vector<EditHistory::Before> EditHistory::before(const Edit& edit) const {
-  struct Visitor {
-    const Session& session;
-    std::vector<Before> operator()(const SetMaterial& e) const {
-      const auto region = static_cast<std::size_t>(e.region);
-      if (region >= session.materials().size()) return {};  // the session will refuse the edit
-      return {SetMaterial{e.region, session.materials()[region]}};
-    }
-    std::vector<Before> operator()(const SetTime&) const {
-      return {SetTime{session.time_settings()}};
-    }
-    std::vector<Before> operator()(const SetSolver&) const {
-      return {SetSolver{session.solver_settings()}};
-    }
-    std::vector<Before> operator()(const SetDamping&) const {
-      return {SetDamping{session.damping()}};
-    }
-    std::vector<Before> operator()(const SetEnvironment&) const {
-      return {SetEnvironment{session.environment()}};
-    }
-    std::vector<Before> operator()(const SetForce& e) const {
-      const std::vector<ForceSettings>& loads = session.loads().list(e.force.kind);
-      const std::size_t i = e.index.value_or(loads.size());
-      if (i >= loads.size()) return {ForceBefore{e.force.kind, i, std::nullopt}};
-      return {ForceBefore{e.force.kind, i, loads[i]}};
-    }
-    std::vector<Before> operator()(const SetFix& e) const {
-      const std::size_t i = e.index.value_or(session.fix_count());
-      if (i >= session.fix_count()) return {FixBefore{i, std::nullopt}};
-      return {FixBefore{i, session.fix(i)}};
-    }
-    std::vector<Before> operator()(const Unfix& e) const {
-      std::vector<Before> fixes;
-      for (std::size_t i = 0; i < session.fix_count(); ++i) {
-        if (!e.fix || *e.fix == i) fixes.emplace_back(FixBefore{i, session.fix(i)});
-      }
-      return fixes;
-    }
-    std::vector<Before> constraint(std::size_t i) const {
-      if (i >= session.constraints().size()) return {ConstraintBefore{i, std::nullopt}};
-      return {ConstraintBefore{i, session.constraints()[i]}};
-    }
-    std::vector<Before> operator()(const SetConstraint& e) const {
-      return constraint(e.index.value_or(session.constraints().size()));
-    }
-    std::vector<Before> operator()(const RemoveConstraint& e) const { return constraint(e.index); }
-    std::vector<Before> operator()(const SetMomentum&) const { return {}; }
-    std::vector<Before> operator()(const ShiftState&) const { return {}; }
-  };
-  return std::visit(Visitor{session_}, edit);
+  return std::visit(BeforeVisitor{session_}, edit);
 }
 
 bool EditHistory::same_part(const Before& a, const Before& b) {
@@ -163,7 +163,7 @@ void EditHistory::make(const Edit& edit, const std::string& what, Entry& entry) 
   }
   Edit redo_edit = edit;
   if (auto* force = std::get_if<SetForce>(&redo_edit)) {
-    if (!force->index) force->index = session_.loads().list(force->force.kind).size() - 1;
+    if (!force->index) force->index = session_.loads().list(force->entry.kind).size() - 1;
   } else if (auto* fix = std::get_if<SetFix>(&redo_edit)) {
     if (!fix->index) fix->index = session_.fix_count() - 1;
   } else if (auto* constraint = std::get_if<SetConstraint>(&redo_edit)) {

@@ -79,6 +79,7 @@ class EditHistory {
     Vector impulse;
   };
 
+  struct BeforeVisitor;
   std::vector<Before> before(const Edit& edit) const;
   void make(const Edit& edit, const std::string& what, Entry& entry);
   void make_all(const std::vector<Edit>& edits, const std::string& what, Entry& entry,

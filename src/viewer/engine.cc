@@ -118,7 +118,7 @@ void Engine::resolve_newest(Edit& edit) const {
 
 void Engine::remember_newest(const Edit& edit, const Counts& before) {
   const auto* force = std::get_if<SetForce>(&edit);
-  if (force != nullptr && !force->index && force->force.kind == LoadKind::kForce) {
+  if (force != nullptr && !force->index && force->entry.kind == LoadKind::kForce) {
     newest_force_ = before.of(LoadKind::kForce);
   }
   const auto* fix = std::get_if<SetFix>(&edit);
@@ -132,7 +132,7 @@ void Engine::edit(Edit edit, const std::string& what, bool continues_previous) {
   resolve_newest(edit);
   check_edit(edit);
   if (auto* set = std::get_if<SetTime>(&edit)) {
-    set->time.end = std::numeric_limits<double>::infinity();
+    set->settings.end = std::numeric_limits<double>::infinity();
   }
   const Counts before = counts_of(*session_);
   edits_->make(edit, what, continues_previous);
@@ -224,7 +224,7 @@ void Engine::make_due_events() {
         }
         translated = with_present_settings(*translated, event, settings());
         if (auto* set = std::get_if<SetTime>(&*translated)) {
-          set->time.end = std::numeric_limits<double>::infinity();
+          set->settings.end = std::numeric_limits<double>::infinity();
         }
         apply(*translated, what);
         refused = false;

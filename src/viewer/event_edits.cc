@@ -58,11 +58,9 @@ struct Merge {
     if (const std::optional<Part> both = merged(wanted, now, *names)) wanted = *both;
   }
 
-  void operator()(SetTime& edit) const { part("time", edit.time, present.time); }
-  void operator()(SetSolver& edit) const { part("solver", edit.solver, present.solver); }
-  void operator()(SetDamping& edit) const { part("damping", edit.damping, present.damping); }
-  void operator()(SetEnvironment& edit) const {
-    part("environment", edit.environment, present.environment);
+  template <class Section>
+  void operator()(SetSection<Section>& edit) const {
+    part(section_of<Section>().name, edit.settings, section_in<Section>(present));
   }
   void operator()(SetMaterial& edit) const {
     const auto region = static_cast<std::size_t>(edit.region);

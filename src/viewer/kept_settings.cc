@@ -33,14 +33,14 @@ class SettingsCollector {
 
   // One function for each kind of edit, which stores the resulting settings.
   void operator()(const SetMaterial& edit) { set({edit.region, 0}, edit); }
-  void operator()(const SetTime& edit) { set({0, 1}, edit); }
-  void operator()(const SetSolver& edit) { set({0, 2}, edit); }
-  void operator()(const SetDamping& edit) { set({0, 3}, edit); }
-  void operator()(const SetEnvironment& edit) { set({0, 4}, edit); }
+  template <class Section>
+  void operator()(const SetSection<Section>& edit) {
+    set({static_cast<Index>(Edit(edit).index()), -1}, edit);
+  }
   void operator()(const SetForce& edit) {
     SetForce kept = edit;
-    if (*edit.index >= start_.loads().list(edit.force.kind).size()) kept.index.reset();
-    set({static_cast<Index>(*edit.index), 5 + static_cast<int>(edit.force.kind)}, kept);
+    if (*edit.index >= start_.loads().list(edit.entry.kind).size()) kept.index.reset();
+    set({static_cast<Index>(*edit.index), 5 + static_cast<int>(edit.entry.kind)}, kept);
   }
   void operator()(const SetConstraint& edit) {
     SetConstraint kept = edit;
@@ -57,8 +57,8 @@ class SettingsCollector {
   }
   void operator()(const SetFix& edit) {
     Fix& fix = fixes_[*edit.index];
-    fix.settings = edit.fix;
-    fix.vertices = select_vertices(mesh_, edit.fix.select);
+    fix.settings = edit.entry;
+    fix.vertices = select_vertices(mesh_, edit.entry.select);
     set_origin(fix);
   }
   void operator()(const Unfix& edit) {

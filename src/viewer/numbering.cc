@@ -41,7 +41,7 @@ std::optional<Edit> Numbering::translated(const Edit& edit) const {
   };
   bool known = true;
   if (auto* set = std::get_if<SetForce>(&result)) {
-    known = translate(numbers_of(set->force.kind), set->index);
+    known = translate(numbers_of(set->entry.kind), set->index);
   }
   if (auto* fix = std::get_if<SetFix>(&result)) known = translate(fixes_, fix->index);
   if (auto* unfix = std::get_if<Unfix>(&result)) known = translate(fixes_, unfix->fix);
@@ -59,7 +59,7 @@ void Numbering::record_edit(const Edit& edit, const Counts& counts, bool refused
     numbers.push_back(refused ? std::nullopt : std::optional(count));
   };
   if (const auto* set = std::get_if<SetForce>(&edit); set != nullptr && !set->index) {
-    add(numbers_of(set->force.kind), counts.of(set->force.kind));
+    add(numbers_of(set->entry.kind), counts.of(set->entry.kind));
   }
   if (const auto* fix = std::get_if<SetFix>(&edit); fix != nullptr && !fix->index) {
     add(fixes_, counts.fixes);

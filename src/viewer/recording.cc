@@ -10,15 +10,18 @@ namespace tetraction::viewer {
 namespace {
 
 // Stores the settings of an edit of a section. Edits of other kinds have no effect.
-void apply_to_sections(const Edit& edit, Settings& settings) {
-  if (const auto* set = std::get_if<SetMaterial>(&edit)) {
-    settings.materials.at(static_cast<std::size_t>(set->region)) = set->material;
+struct ApplyToSections {
+  Settings& settings;
+  void operator()(const SetMaterial& edit) const {
+    settings.materials.at(static_cast<std::size_t>(edit.region)) = edit.material;
   }
-  if (const auto* set = std::get_if<SetTime>(&edit)) settings.time = set->time;
-  if (const auto* set = std::get_if<SetSolver>(&edit)) settings.solver = set->solver;
-  if (const auto* set = std::get_if<SetDamping>(&edit)) settings.damping = set->damping;
-  if (const auto* set = std::get_if<SetEnvironment>(&edit)) settings.environment = set->environment;
-}
+  template <class Section>
+  void operator()(const SetSection<Section>& edit) const {
+    section_in<Section>(settings) = edit.settings;
+  }
+  template <class Other>
+  void operator()(const Other&) const {}
+};
 
 }  // namespace
 
@@ -77,7 +80,7 @@ void Recording::set_ends(Scene& scene) const {
   double* end = &scene.time.end;
   if (step_ == 0) {
     for (std::size_t i = 0; i < entries_.size(); ++i) {
-      if (auto* set = std::get_if<SetTime>(&scene.event[i].edits.front())) set->time.end = *end;
+      if (auto* set = std::get_if<SetTime>(&scene.event[i].edits.front())) set->settings.end = *end;
     }
     return;
   }
@@ -86,11 +89,11 @@ void Recording::set_ends(Scene& scene) const {
     auto* set = std::get_if<SetTime>(&scene.event[i].edits.front());
     if (set == nullptr) continue;
     if (entries_[i].step == step_) {  // no step was made after this edit
-      set->time.end = time_ + entries_[i].time_step;
+      set->settings.end = time_ + entries_[i].time_step;
       continue;
     }
     *end = time_ + time_step;
-    end = &set->time.end;
+    end = &set->settings.end;
     time_step = entries_[i].time_step;
   }
   *end = time_;
@@ -107,7 +110,7 @@ Settings Recording::present_settings() const {
   present.solver = start_.solver;
   present.damping = start_.damping;
   present.environment = start_.environment;
-  for (const Entry& entry : entries_) apply_to_sections(entry.edit, present);
+  for (const Entry& entry : entries_) std::visit(ApplyToSections{present}, entry.edit);
   return present;
 }
 
@@ -126,14 +129,14 @@ void Recording::add_events_to_come(Scene& scene) const {
       }
       numbering.record_edit(edit, counts, false);
       if (const auto* set = std::get_if<SetForce>(&edit)) {
-        counts.of(set->force.kind) += set->index ? 0 : 1;
+        counts.of(set->entry.kind) += set->index ? 0 : 1;
       }
       if (const auto* fix = std::get_if<SetFix>(&edit)) counts.fixes += fix->index ? 0 : 1;
       if (const auto* set = std::get_if<SetConstraint>(&edit)) {
         counts.constraints += set->index ? 0 : 1;
       }
       if (translated) {
-        apply_to_sections(*translated, present);
+        std::visit(ApplyToSections{present}, *translated);
         event.edits.push_back(*translated);
       }
     }

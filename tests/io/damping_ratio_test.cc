@@ -76,7 +76,7 @@ set = { "damping.viscosity" = 3.0 }
 )");
   ASSERT_EQ(scene.event.size(), 3U);
   const auto damping = [&](std::size_t i) {
-    return std::get<SetDamping>(scene.event[i].edits.front()).damping;
+    return std::get<SetDamping>(scene.event[i].edits.front()).settings;
   };
   ASSERT_EQ(scene.event[0].edits.size(), 1U);
   EXPECT_TRUE(std::holds_alternative<SetMaterial>(scene.event[0].edits.front()));

@@ -75,8 +75,8 @@ TEST_F(SceneReader, ReadsNamedSelections) {
   EXPECT_EQ(scene.selection[0].name, "both");
   EXPECT_EQ(scene.selection[0].select, both.of[0].selection);
   EXPECT_EQ(std::get<Unfix>(scene.event[0].edits[0]).select, Selection(clamp));
-  EXPECT_EQ(std::get<SetFix>(scene.event[1].edits[0]).fix.select, Selection(rest));
-  EXPECT_EQ(std::get<SetFix>(scene.event[2].edits[0]).fix.select, Selection(both));
+  EXPECT_EQ(std::get<SetFix>(scene.event[1].edits[0]).entry.select, Selection(rest));
+  EXPECT_EQ(std::get<SetFix>(scene.event[2].edits[0]).entry.select, Selection(both));
   const auto echo = nlohmann::json::parse(scene.echo);
   EXPECT_EQ(echo["fix"][0]["select"], "clamp");
   EXPECT_EQ(echo["selection"]["the rest"]["not"], "clamp");

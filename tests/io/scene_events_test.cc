@@ -30,8 +30,8 @@ TEST_F(SceneReader, EventsAreReadInTheOrderOfTheirTimes) {
                           "[[event]]\nat = 1\nset = { \"time.end\" = 3 }\n"
                           "[[event]]\nat = 1\nset = { \"time.end\" = 2 }\n");
   ASSERT_EQ(ties.event.size(), 2U);
-  EXPECT_EQ(std::get<SetTime>(ties.event[0].edits.at(0)).time.end, 3.0);
-  EXPECT_EQ(std::get<SetTime>(ties.event[1].edits.at(0)).time.end, 2.0);
+  EXPECT_EQ(std::get<SetTime>(ties.event[0].edits.at(0)).settings.end, 3.0);
+  EXPECT_EQ(std::get<SetTime>(ties.event[1].edits.at(0)).settings.end, 2.0);
 }
 
 // The edits of a kind that an event makes.
@@ -55,12 +55,12 @@ set = { "time.integrator" = "backward-euler", "time.step" = 0.1, "solver.toleran
   EXPECT_EQ(event.edits.size(), 9U);  // one a section
   const auto time = edits_of<SetTime>(event);
   ASSERT_EQ(time.size(), 1U);
-  EXPECT_EQ(time[0].time.integrator, Integrator::kBackwardEuler);
-  EXPECT_EQ(time[0].time.step, 0.1);
-  EXPECT_EQ(time[0].time.end, TimeSettings{}.end);
+  EXPECT_EQ(time[0].settings.integrator, Integrator::kBackwardEuler);
+  EXPECT_EQ(time[0].settings.step, 0.1);
+  EXPECT_EQ(time[0].settings.end, TimeSettings{}.end);
   const auto solver = edits_of<SetSolver>(event);
   ASSERT_EQ(solver.size(), 1U);
-  EXPECT_EQ(solver[0].solver.tolerance, 1e-4);
+  EXPECT_EQ(solver[0].settings.tolerance, 1e-4);
   const auto material = edits_of<SetMaterial>(event);
   ASSERT_EQ(material.size(), 2U);
   EXPECT_EQ(material[0].region, 0);
@@ -71,25 +71,25 @@ set = { "time.integrator" = "backward-euler", "time.step" = 0.1, "solver.toleran
   EXPECT_EQ(material[1].material.poissons_ratio, 0.2);
   const auto damping = edits_of<SetDamping>(event);
   ASSERT_EQ(damping.size(), 1U);
-  EXPECT_EQ(damping[0].damping.viscosity, 3.0);
-  EXPECT_EQ(damping[0].damping.drag, 0.25);
+  EXPECT_EQ(damping[0].settings.viscosity, 3.0);
+  EXPECT_EQ(damping[0].settings.drag, 0.25);
   const auto environment = edits_of<SetEnvironment>(event);
   ASSERT_EQ(environment.size(), 1U);
-  EXPECT_EQ(environment[0].environment.kind, EnvironmentKind::kGravity);
-  EXPECT_EQ(environment[0].environment.strength, 1e4);
-  EXPECT_EQ(environment[0].environment.direction, Vector3(1, 0, 0));
+  EXPECT_EQ(environment[0].settings.kind, EnvironmentKind::kGravity);
+  EXPECT_EQ(environment[0].settings.strength, 1e4);
+  EXPECT_EQ(environment[0].settings.direction, Vector3(1, 0, 0));
   const auto force = edits_of<SetForce>(event);
   ASSERT_EQ(force.size(), 1U);
   EXPECT_EQ(force[0].index, 0U);
-  EXPECT_EQ(force[0].force.vector, Vector3(0, 0, 7));
+  EXPECT_EQ(force[0].entry.vector, Vector3(0, 0, 7));
   const auto fix = edits_of<SetFix>(event);
   ASSERT_EQ(fix.size(), 1U);
   EXPECT_EQ(fix[0].index, 0U);
-  EXPECT_EQ(fix[0].fix.velocity, Vector3(0.5, 0, 0));
+  EXPECT_EQ(fix[0].entry.velocity, Vector3(0.5, 0, 0));
   const auto constraint = edits_of<SetConstraint>(event);
   ASSERT_EQ(constraint.size(), 1U);
   EXPECT_EQ(constraint[0].index, 0U);
-  EXPECT_EQ(constraint[0].constraint.length, 0.1);
+  EXPECT_EQ(constraint[0].entry.length, 0.1);
 }
 
 TEST_F(SceneReader, EventsSetTheSolver) {
@@ -107,9 +107,9 @@ TEST_F(SceneReader, EventsSetTheSolver) {
   for (std::size_t i = 0; i < expected.size(); ++i) {
     const auto edits = edits_of<SetSolver>(scene.event[i]);
     ASSERT_EQ(edits.size(), 1U);
-    EXPECT_EQ(edits[0].solver.kind, expected[i].first);
-    EXPECT_EQ(edits[0].solver.linear, expected[i].second);
-    EXPECT_EQ(edits[0].solver.tolerance, 1e-6);
+    EXPECT_EQ(edits[0].settings.kind, expected[i].first);
+    EXPECT_EQ(edits[0].settings.linear, expected[i].second);
+    EXPECT_EQ(edits[0].settings.tolerance, 1e-6);
   }
   EXPECT_EQ(scene.solver.kind, "ceres");
   expect_refusal(text + "[[event]]\nat = 0.1\nset = { \"solver.linear\" = \"cg\" }\n",
@@ -121,14 +121,14 @@ TEST_F(SceneReader, EventsSetNumbersToTheLastBit) {
                              "123456789.12345679", "3", "1_000", "1.7976931348623157e+308"}) {
     const Scene scene = read(kSmall + "[[event]]\nat = 1\nset = { \"damping.drag\" = " + number +
                              " }\n[damping]\nviscosity = " + number + "\n");
-    EXPECT_EQ(edits_of<SetDamping>(scene.event.at(0)).at(0).damping.drag, scene.damping.viscosity)
+    EXPECT_EQ(edits_of<SetDamping>(scene.event.at(0)).at(0).settings.drag, scene.damping.viscosity)
         << number;
   }
   const Scene scene = read(kSmall +
                            "[[event]]\nat = 1\nset = { \"environment.kind\" = "
                            "\"gravity\", \"environment.direction\" = [3, "
                            "0.1, 1e-3] }\n");
-  EXPECT_EQ(edits_of<SetEnvironment>(scene.event.at(0)).at(0).environment.direction,
+  EXPECT_EQ(edits_of<SetEnvironment>(scene.event.at(0)).at(0).settings.direction,
             Vector3(3, 0.1, 1e-3).normalized());
 }
 
@@ -144,12 +144,12 @@ at = 2
 set = { "damping.mass_damping" = 2, "environment.strength" = 3, "time.integrator" = "verlet" }
 )");
   ASSERT_EQ(scene.event.size(), 3U);
-  EXPECT_EQ(edits_of<SetTime>(scene.event[1]).at(0).time.step, 1e-3);
-  EXPECT_EQ(edits_of<SetTime>(scene.event[1]).at(0).time.integrator, Integrator::kVerlet);
-  EXPECT_EQ(edits_of<SetEnvironment>(scene.event[1]).at(0).environment.kind,
+  EXPECT_EQ(edits_of<SetTime>(scene.event[1]).at(0).settings.step, 1e-3);
+  EXPECT_EQ(edits_of<SetTime>(scene.event[1]).at(0).settings.integrator, Integrator::kVerlet);
+  EXPECT_EQ(edits_of<SetEnvironment>(scene.event[1]).at(0).settings.kind,
             EnvironmentKind::kGravity);
-  EXPECT_EQ(edits_of<SetEnvironment>(scene.event[1]).at(0).environment.strength, 3.0);
-  const Damping last = edits_of<SetDamping>(scene.event[2]).at(0).damping;
+  EXPECT_EQ(edits_of<SetEnvironment>(scene.event[1]).at(0).settings.strength, 3.0);
+  const Damping last = edits_of<SetDamping>(scene.event[2]).at(0).settings;
   EXPECT_EQ(last.drag, 1.0);
   EXPECT_EQ(last.mass_damping, 2.0);
   EXPECT_EQ(last.viscosity, 5.0);
@@ -170,16 +170,16 @@ TEST_F(SceneReader, EventsTakeOneTableOrAList) {
                                           .event[0]);
   ASSERT_EQ(fixes.size(), 2U);
   EXPECT_FALSE(fixes[0].index);  // added
-  EXPECT_EQ(fixes[0].fix.components, (std::array<bool, 3>{false, false, true}));
-  EXPECT_TRUE(fixes[1].fix.is_penalty);
-  EXPECT_EQ(fixes[1].fix.penalty, 3.0);
+  EXPECT_EQ(fixes[0].entry.components, (std::array<bool, 3>{false, false, true}));
+  EXPECT_TRUE(fixes[1].entry.is_penalty);
+  EXPECT_EQ(fixes[1].entry.penalty, 3.0);
 
   const std::string force = "{ select = { all = true }, vector = [0, 1, 0], until = 2 }";
   const auto one = edits_of<SetForce>(read(event + "force = " + force).event[0]);
   ASSERT_EQ(one.size(), 1U);
   EXPECT_FALSE(one[0].index);
-  EXPECT_EQ(one[0].force.vector, Vector3(0, 1, 0));
-  EXPECT_EQ(one[0].force.until, 2.0);
+  EXPECT_EQ(one[0].entry.vector, Vector3(0, 1, 0));
+  EXPECT_EQ(one[0].entry.until, 2.0);
   EXPECT_EQ(
       edits_of<SetForce>(read(event + "force = [" + force + ", " + force + "]\n").event[0]).size(),
       2U);
@@ -197,7 +197,7 @@ TEST_F(SceneReader, EventsTakeOneTableOrAList) {
   const auto rods = edits_of<SetConstraint>(read(event + "constraint = " + rod).event[0]);
   ASSERT_EQ(rods.size(), 1U);
   EXPECT_FALSE(rods[0].index);
-  EXPECT_EQ(rods[0].constraint.vertices, (std::array<std::int64_t, 2>{0, 1}));
+  EXPECT_EQ(rods[0].entry.vertices, (std::array<std::int64_t, 2>{0, 1}));
   EXPECT_EQ(edits_of<SetConstraint>(read(event + "constraint = [" + rod +
                                          ", { kind = \"rigid\", select = { all = true } }]\n")
                                         .event[0])
@@ -210,7 +210,7 @@ TEST_F(SceneReader, EventsTakeOneTableOrAList) {
                               "[[event.fix]]\nselect = { all = true }\n[[event.fix]]\nselect = { "
                               "group = \"a\" }\n[event.momentum]\nselect = { all = true }\nvalue = "
                               "[0, 0, 1]\n");
-  EXPECT_EQ(edits_of<SetTime>(sections.event[0]).at(0).time.step, 1e-3);
+  EXPECT_EQ(edits_of<SetTime>(sections.event[0]).at(0).settings.step, 1e-3);
   EXPECT_EQ(edits_of<SetFix>(sections.event[0]).size(), 2U);
   EXPECT_EQ(edits_of<SetMomentum>(sections.event[0]).size(), 1U);
   EXPECT_EQ(edits_of<Unfix>(sections.event[0]).size(), 1U);
@@ -402,9 +402,9 @@ set = { "force.1.vector" = [4, 0, 0] }
   for (const EventSettings& event : scene.event) {
     for (const SetForce& edit : edits_of<SetForce>(event)) {
       if (edit.index) {
-        forces.at(*edit.index) = edit.force;
+        forces.at(*edit.index) = edit.entry;
       } else {
-        forces.push_back(edit.force);
+        forces.push_back(edit.entry);
       }
     }
   }
@@ -437,20 +437,20 @@ TEST_F(SceneReader, EventsKeepWhatEarlierOnesAdded) {
     const auto before = edits_of<SetFix>(scene.event[0]);
     const auto fix = edits_of<SetFix>(scene.event[1]);
     ASSERT_EQ(fix.size(), 1U) << name;
-    EXPECT_EQ(std::get<SelectGroup>(fix[0].fix.select).name,
-              std::get<SelectGroup>(before.at(0).fix.select).name);
+    EXPECT_EQ(std::get<SelectGroup>(fix[0].entry.select).name,
+              std::get<SelectGroup>(before.at(0).entry.select).name);
     EXPECT_EQ(fix[0].index, 0U);
-    EXPECT_EQ(fix[0].fix.velocity, Vector3(0.1, 1e-300, 0));
-    EXPECT_EQ(fix[0].fix.components, (std::array<bool, 3>{true, true, false}));
+    EXPECT_EQ(fix[0].entry.velocity, Vector3(0.1, 1e-300, 0));
+    EXPECT_EQ(fix[0].entry.components, (std::array<bool, 3>{true, true, false}));
     const auto force = edits_of<SetForce>(scene.event[1]);
     ASSERT_EQ(force.size(), 1U) << name;
     EXPECT_EQ(force[0].index, 1U);
-    EXPECT_EQ(force[0].force.vector, Vector3(0.30000000000000004, 0, 0));
-    EXPECT_EQ(force[0].force.until, 7.0);
+    EXPECT_EQ(force[0].entry.vector, Vector3(0.30000000000000004, 0, 0));
+    EXPECT_EQ(force[0].entry.until, 7.0);
     const auto constraint = edits_of<SetConstraint>(scene.event[1]);
     ASSERT_EQ(constraint.size(), 1U) << name;
     EXPECT_EQ(constraint[0].index, 0U);
-    EXPECT_TRUE(constraint[0].constraint.is_driven());
+    EXPECT_TRUE(constraint[0].entry.is_driven());
   }
 }
 
@@ -461,12 +461,12 @@ TEST_F(SceneReader, OverridesChangeEvents) {
                   "event.1.fix={select={all=true}}", "event.2={at=2, unfix={all=true}}"});
   ASSERT_EQ(scene.event.size(), 3U);
   EXPECT_EQ(scene.event[0].at, 0.125);
-  EXPECT_EQ(edits_of<SetTime>(scene.event[0]).at(0).time.step, 1e-4);
+  EXPECT_EQ(edits_of<SetTime>(scene.event[0]).at(0).settings.step, 1e-4);
   EXPECT_TRUE(edits_of<SetDamping>(scene.event[0]).empty());
   EXPECT_EQ(edits_of<SetFix>(scene.event[1]).size(), 1U);
   EXPECT_EQ(scene.event[2].at, 2.0);
   // Events change the scene with the overrides in it.
-  EXPECT_EQ(edits_of<SetTime>(read(text, {"time.end=7"}).event[1]).at(0).time.end, 7.0);
+  EXPECT_EQ(edits_of<SetTime>(read(text, {"time.end=7"}).event[1]).at(0).settings.end, 7.0);
 
   expect_refusal(text, "--set event.0.at=soon: event.0.at", {"must be a number"},
                  {"event.0.at=soon"});
@@ -503,11 +503,11 @@ shift = [{ vertices = [0], impulse = [[1, 2, 3]] }, { vertices = [1], impulse = 
   const EventSettings& event = scene.event.at(0);
   ASSERT_EQ(event.edits.size(), 5U);
   const SetConstraint rod = edits_of<SetConstraint>(event).at(0);
-  EXPECT_FALSE(rod.constraint.length.has_value());
+  EXPECT_FALSE(rod.entry.length.has_value());
   const SetFix fix = edits_of<SetFix>(event).at(0);
   EXPECT_EQ(fix.index, 0U);
-  EXPECT_TRUE(fix.fix.targets.empty());
-  EXPECT_EQ(fix.fix.select, Selection(SelectVertices{{2}}));
+  EXPECT_TRUE(fix.entry.targets.empty());
+  EXPECT_EQ(fix.entry.select, Selection(SelectVertices{{2}}));
   EXPECT_EQ(edits_of<Unfix>(event).at(0).fix, 0U);
   EXPECT_EQ(edits_of<RemoveConstraint>(event).at(0).index, 0U);
   const ShiftSettings shift = edits_of<ShiftState>(event).at(0).shift;

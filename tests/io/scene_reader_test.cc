@@ -559,7 +559,7 @@ TEST_F(SceneReader, WholeNumbersThatDoublePrecisionDoesNotHoldAreRounded) {
   EXPECT_EQ(scene.material.density, 1e17);
   EXPECT_EQ(scene.mesh.scale, 9007199254740996.0);
   EXPECT_EQ(scene.event[0].at, 9007199254740992.0);
-  EXPECT_EQ(std::get<SetForce>(scene.event[0].edits[0]).force.vector, Vector3(1e17, 0, 0));
+  EXPECT_EQ(std::get<SetForce>(scene.event[0].edits[0]).entry.vector, Vector3(1e17, 0, 0));
   // Ids are whole numbers and stay exact.
   EXPECT_EQ(std::get<SelectVertices>(scene.force[0].select).ids[0], 9007199254740993);
   expect_refusal(kSmall, "--set material.youngs_modulus=-9007199254740993: material.youngs_modulus",

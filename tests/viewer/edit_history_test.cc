@@ -348,7 +348,7 @@ TEST(Recording, BeforeTheFirstStepTheEndIsTheScenes) {
   settle(*simulation);
   const Scene recorded = simulation->recorded_scene();
   EXPECT_EQ(recorded.time.end, scene.time.end);
-  EXPECT_EQ(std::get<SetTime>(recorded.event.at(0).edits.at(0)).time.end, scene.time.end);
+  EXPECT_EQ(std::get<SetTime>(recorded.event.at(0).edits.at(0)).settings.end, scene.time.end);
   EXPECT_EQ(history_of_run(recorded, simulation->mesh()).size(), 51U);
 }
 
@@ -466,8 +466,8 @@ set = { "solver.tolerance" = 1e-9, "time.integrator" = "midpoint" }
     ASSERT_EQ(first.size(), 3U);
     EXPECT_EQ(std::get<SetMaterial>(first[1]).material.model, "stvk");
     EXPECT_EQ(std::get<SetMaterial>(first[1]).material.youngs_modulus, 2e6);
-    EXPECT_EQ(std::get<SetTime>(first[2]).time.integrator, Integrator::kBackwardEuler);
-    EXPECT_EQ(std::get<SetTime>(recorded.event[4].edits.at(1)).time.step, 5e-3);
+    EXPECT_EQ(std::get<SetTime>(first[2]).settings.integrator, Integrator::kBackwardEuler);
+    EXPECT_EQ(std::get<SetTime>(recorded.event[4].edits.at(1)).settings.step, 5e-3);
   }
   make_steps(*simulation, 4);
   Settings settings = simulation->settings();

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <type_traits>
 #include <variant>
 #include <vector>
 
@@ -34,5 +35,20 @@ struct RunSettings {
   LoadLists loads;
   BodyConstraints constraints;
 };
+
+/// The settings of a type in a scene, in the settings of a run or in any other class with members of these names.
+template <class Section, class Holder>
+auto& section_in(Holder& holder) {
+  if constexpr (std::is_same_v<Section, TimeSettings>) {
+    return (holder.time);
+  } else if constexpr (std::is_same_v<Section, SolverSettings>) {
+    return (holder.solver);
+  } else if constexpr (std::is_same_v<Section, Damping>) {
+    return (holder.damping);
+  } else {
+    static_assert(std::is_same_v<Section, EnvironmentSettings>);
+    return (holder.environment);
+  }
+}
 
 }  // namespace tetraction

@@ -137,6 +137,8 @@ class Session {
   const LoadPath* load_path() const;
   /// The scene as it was at the start.
   const Scene& scene() const;
+  /// All present settings that edits may change.
+  const RunSettings& settings() const;
   /// The present integrator, step and end.
   const TimeSettings& time_settings() const;
   /// The present solver of implicit steps.

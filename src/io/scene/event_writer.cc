@@ -6,6 +6,7 @@
 #include <optional>
 #include <tuple>
 
+#include "tetraction/simulation/run_settings.h"
 #include "written_keys.h"
 
 namespace tetraction {
@@ -102,23 +103,22 @@ class EventWriter {
     change(fmt::format("material_region.{}", i), now_.material_region.at(i).material,
            edit.material);
   }
-  void operator()(const SetTime& edit) { change_section("time", now_.time, edit.time); }
-  void operator()(const SetSolver& edit) { change_section("solver", now_.solver, edit.solver); }
-  void operator()(const SetDamping& edit) { change_section("damping", now_.damping, edit.damping); }
-  void operator()(const SetEnvironment& edit) {
-    change_section("environment", now_.environment, edit.environment);
+  template <class Section>
+  void operator()(const SetSection<Section>& edit) {
+    const char* name = section_of<Section>().name;
+    begin({Stage::kSet, name, {}});
+    change(name, section_in<Section>(now_), edit.settings);
   }
   void operator()(const SetForce& edit) {
-    const LoadKind kind = edit.force.kind;
+    const LoadKind kind = edit.entry.kind;
     change_entry({Stage::kLoad, {}, static_cast<std::size_t>(kind)}, to_string(kind),
-                 now_.list(kind), edit.index, edit.force);
+                 now_.list(kind), edit);
   }
   void operator()(const SetFix& edit) {
-    change_entry({Stage::kFix, {}, {}}, "fix", now_.fix, edit.index, edit.fix);
+    change_entry({Stage::kFix, {}, {}}, "fix", now_.fix, edit);
   }
   void operator()(const SetConstraint& edit) {
-    change_entry({Stage::kConstraint, {}, {}}, "constraint", now_.constraint, edit.index,
-                 edit.constraint);
+    change_entry({Stage::kConstraint, {}, {}}, "constraint", now_.constraint, edit);
   }
   void operator()(const Unfix& edit) {
     begin({Stage::kUnfix, {}, {}});
@@ -167,12 +167,6 @@ class EventWriter {
   }
 
   template <class Settings>
-  void change_section(const char* section, Settings& now, const Settings& next) {
-    begin({Stage::kSet, section, {}});
-    change(section, now, next);
-  }
-
-  template <class Settings>
   static const Selection* selection_of(const Settings& settings) {
     return tetraction::selection_of(section_of<Settings>(), &settings);
   }
@@ -180,16 +174,17 @@ class EventWriter {
   // `added` is the place of an entry without an index.
   template <class Settings>
   void change_entry(const Block::Place& added, const std::string& list, std::vector<Settings>& now,
-                    const std::optional<std::size_t>& index, const Settings& next) {
-    if (!index) {
+                    const SetEntry<Settings>& edit) {
+    const Settings& next = edit.entry;
+    if (!edit.index) {
       begin(added);
       block_.others.push_back({list, inline_table(keys_of(next), selection_of(next))});
       now.push_back(next);
       return;
     }
-    begin({Stage::kSet, list, *index});
-    const std::string section = fmt::format("{}.{}", list, *index);
-    Settings& entry = now.at(*index);
+    begin({Stage::kSet, list, *edit.index});
+    const std::string section = fmt::format("{}.{}", list, *edit.index);
+    Settings& entry = now.at(*edit.index);
     const Selection* old_select = selection_of(entry);
     const Selection* select = selection_of(next);
     if (old_select != nullptr && (select == nullptr || *select != *old_select)) {

@@ -7,10 +7,12 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <set>
+#include <type_traits>
 #include <utility>
 
 #include "scene_sections.h"
 #include "tetraction/core/error.h"
+#include "tetraction/simulation/run_settings.h"
 
 namespace tetraction {
 namespace {
@@ -92,13 +94,25 @@ ChangedSection changed_section(std::string_view key,
   return section;
 }
 
+// The edit that replaces a section as a whole, if there is one.
+template <class... Kinds>
+std::optional<Edit> replacement(const std::string& name, const Scene& next,
+                                std::type_identity<std::variant<Kinds...>>) {
+  std::optional<Edit> edit;
+  const auto enter = [&]<class Section>(std::type_identity<SetSection<Section>>) {
+    if (name == section_of<Section>().name) edit = SetSection<Section>{section_in<Section>(next)};
+  };
+  const auto enter_section = [&](auto kind) {
+    if constexpr (requires { enter(kind); }) enter(kind);
+  };
+  (enter_section(std::type_identity<Kinds>()), ...);
+  return edit;
+}
+
 // The edit that changes a section from its state in `scene` to its state in `next`.
 Edit edit_of(const ChangedSection& section, const Scene& scene, const Scene& next) {
   const std::size_t i = section.index.value_or(0);
-  if (section.name == "time") return SetTime{next.time};
-  if (section.name == "solver") return SetSolver{next.solver};
-  if (section.name == "damping") return SetDamping{next.damping};
-  if (section.name == "environment") return SetEnvironment{next.environment};
+  if (const auto edit = replacement(section.name, next, std::type_identity<Edit>())) return *edit;
   if (section.name == "material") return SetMaterial{0, next.material};
   if (section.name == "material_region") {
     return SetMaterial{static_cast<Index>(i) + 1, next.material_region[i].material};

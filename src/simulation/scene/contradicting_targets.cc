@@ -30,16 +30,16 @@ class Targets {
       const std::size_t number = set->index.value_or(fixes_.size());
       if (number > fixes_.size()) return;  // the edit is refused
       if (number == fixes_.size()) fixes_.emplace_back();
-      fixes_[number] = set->index ? changed(fixes_[number], of(set->fix)) : of(set->fix);
+      fixes_[number] = set->index ? changed(fixes_[number], of(set->entry)) : of(set->entry);
       refuse(number);
       for (const Other& other : others_) {
-        if (other.is_handle) refuse_shared(set->fix.where, fixes_[number].held, other);
+        if (other.is_handle) refuse_shared(set->entry.where, fixes_[number].held, other);
       }
     } else if (const auto* other = std::get_if<SetConstraint>(&edit)) {
       const std::size_t number = other->index.value_or(others_.size());
       if (number > others_.size()) return;
       if (number == others_.size()) others_.emplace_back();
-      others_[number] = of(other->constraint);
+      others_[number] = of(other->entry);
       refuse_other(number);
     } else if (const auto* removed = std::get_if<RemoveConstraint>(&edit)) {
       if (removed->index < others_.size()) others_[removed->index] = Other{};

@@ -36,16 +36,18 @@ struct SettingsEditor {
     if (edit.region < 0 || edit.region >= static_cast<Index>(settings.materials.size())) refuse();
     settings.materials[static_cast<std::size_t>(edit.region)] = edit.material;
   }
-  void operator()(const SetTime& edit) { settings.time = edit.time; }
-  void operator()(const SetSolver& edit) { settings.solver = edit.solver; }
-  void operator()(const SetDamping& edit) { settings.damping = edit.damping; }
-  void operator()(const SetEnvironment& edit) { settings.environment = edit.environment; }
-  void operator()(const SetForce& edit) {
-    set_entry(settings.loads.list(edit.force.kind), edit.index, edit.force);
+  template <class Section>
+  void operator()(const SetSection<Section>& edit) {
+    section_in<Section>(settings) = edit.settings;
   }
-  void operator()(const SetFix& edit) { set_entry(constraints.fix_settings, edit.index, edit.fix); }
+  void operator()(const SetForce& edit) {
+    set_entry(settings.loads.list(edit.entry.kind), edit.index, edit.entry);
+  }
+  void operator()(const SetFix& edit) {
+    set_entry(constraints.fix_settings, edit.index, edit.entry);
+  }
   void operator()(const SetConstraint& edit) {
-    set_entry(constraints.other_settings, edit.index, edit.constraint);
+    set_entry(constraints.other_settings, edit.index, edit.entry);
   }
   void operator()(const RemoveConstraint& edit) {
     if (edit.index >= constraints.other_settings.size()) refuse();

@@ -36,10 +36,10 @@ void check_solver_of_parts(const SolverSettings& solver, const std::string& wher
 struct EditCheck {
   const std::string& where;
 
-  void operator()(const SetTime& edit) const { check_time(edit.time, where); }
-  void operator()(const SetSolver& edit) const { check_solver_of_parts(edit.solver, where); }
+  void operator()(const SetTime& edit) const { check_time(edit.settings, where); }
+  void operator()(const SetSolver& edit) const { check_solver_of_parts(edit.settings, where); }
   void operator()(const SetForce& edit) const {
-    if (edit.force.kind == LoadKind::kPressure) refuse(where, "[[pressure]]", "take [[traction]]");
+    if (edit.entry.kind == LoadKind::kPressure) refuse(where, "[[pressure]]", "take [[traction]]");
   }
   void operator()(const SetConstraint&) const { refuse(where, "[[constraint]]", kTakeFix); }
   void operator()(const RemoveConstraint&) const { refuse(where, "[[constraint]]", kTakeFix); }

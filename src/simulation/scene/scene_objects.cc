@@ -133,16 +133,14 @@ struct SelectionCheck {
     if (system.nodal_volume() != nullptr) NodalVolume::without_volumetric_part(material);
   }
 
-  void operator()(const SetForce& edit) const { check_load(edit.force, system, amplitudes); }
-  void operator()(const SetEnvironment& edit) const {
-    make_environment(edit.environment, amplitudes);
-  }
+  void operator()(const SetForce& edit) const { check_load(edit.entry, system, amplitudes); }
+  void operator()(const SetEnvironment& edit) const { make_environment(edit.settings, amplitudes); }
   void operator()(const SetFix& edit) const {
-    make_held(edit.fix, system.mesh(), system.mesh().rest_positions(), 0.0, amplitudes);
+    make_held(edit.entry, system.mesh(), system.mesh().rest_positions(), 0.0, amplitudes);
   }
   void operator()(const Unfix& edit) const { select_at(system.mesh(), edit.select, edit.where); }
   void operator()(const SetConstraint& edit) const {
-    make_constraint(edit.constraint, system, system.mesh().rest_positions(), 0.0, amplitudes);
+    make_constraint(edit.entry, system, system.mesh().rest_positions(), 0.0, amplitudes);
   }
   void operator()(const ShiftState& edit) const { check_shift(edit.shift, system.mesh()); }
   void operator()(const SetMomentum& edit) const {
@@ -160,10 +158,10 @@ void check_solvers_of_events(const Scene& scene, const MechanicalSystem& system)
     bool changed = false;
     for (const Edit& edit : event.edits) {
       if (const auto* time = std::get_if<SetTime>(&edit)) {
-        integrator = time->time.integrator;
+        integrator = time->settings.integrator;
         changed = true;
       } else if (const auto* set = std::get_if<SetSolver>(&edit)) {
-        solver = set->solver;
+        solver = set->settings;
         changed = true;
       }
     }

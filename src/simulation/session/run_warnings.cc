@@ -58,7 +58,7 @@ void warn_of_unused_settings(RunData& run) {
   for (const EventSettings& event : run.scene.event) {
     for (const Edit& edit : event.edits) {
       const auto* change = std::get_if<SetTime>(&edit);
-      if (change != nullptr) all.push_back({change->time, event.where + ": "});
+      if (change != nullptr) all.push_back({change->settings, event.where + ": "});
     }
   }
   TimeSettings before;
@@ -92,7 +92,7 @@ void warn_of_blas(RunData& run) {
   for (const EventSettings& event : run.scene.event) {
     for (const Edit& edit : event.edits) {
       const auto* change = std::get_if<SetTime>(&edit);
-      implicit = implicit || (change != nullptr && is_implicit(change->time.integrator));
+      implicit = implicit || (change != nullptr && is_implicit(change->settings.integrator));
     }
   }
   if (implicit) add_warning(run.progress, blas_warning());
@@ -126,14 +126,14 @@ void warn_of_events(RunData& run) {
       const auto* change = std::get_if<SetTime>(&edit);
       if (change == nullptr) continue;
       start += steps_until(event.at) * step;
-      if (change->time.end != end && change->time.end <= event.at) {
+      if (change->settings.end != end && change->settings.end <= event.at) {
         warnings.push_back(fmt::format(
             "{} sets time.end = {} s at {} s, when this time has passed: the run ends there.",
-            event.where, change->time.end, event.at));
+            event.where, change->settings.end, event.at));
       }
-      end = change->time.end;
-      varies = change->time.automatic || adapts(change->time);
-      if (!change->time.automatic) step = change->time.step;
+      end = change->settings.end;
+      varies = change->settings.automatic || adapts(change->settings);
+      if (!change->settings.automatic) step = change->settings.step;
     }
   }
 }
@@ -174,7 +174,7 @@ void warn_of_loads(RunData& run) {
   for (const EventSettings& event : run.scene.event) {
     for (const Edit& edit : event.edits) {
       const auto* added = std::get_if<SetForce>(&edit);
-      if (added != nullptr && !added->index) warn(added->force, std::max(0.0, event.at));
+      if (added != nullptr && !added->index) warn(added->entry, std::max(0.0, event.at));
     }
   }
 }

@@ -115,53 +115,52 @@ struct Editor {
     renewal.stepper = all_built_in() != built_in;
     renewal.limit = true;
   }
-  void operator()(const SetTime& edit) {
-    renewal.stepper = edit.time.integrator != settings.time.integrator;
-    renewal.step = renewal.limit = true;
-    undo.keep(settings.time);
-    settings.time = edit.time;
+  template <class Section>
+  void operator()(const SetSection<Section>& edit) {
+    Section& present = section_in<Section>(settings);
+    renew(present, edit.settings);
+    undo.keep(present);
+    present = edit.settings;
   }
-  void operator()(const SetSolver& edit) {
-    check_settings(edit.solver);
-    undo.keep(settings.solver);
-    settings.solver = edit.solver;
+  void renew(const TimeSettings& present, const TimeSettings& next) {
+    renewal.stepper = next.integrator != present.integrator;
+    renewal.step = renewal.limit = true;
+  }
+  void renew(const SolverSettings&, const SolverSettings& next) {
+    check_settings(next);
     renewal.stepper = true;
   }
-  void operator()(const SetDamping& edit) {
+  void renew(const Damping&, const Damping& next) {
     undo.add([this_system = &system, old = system.damping()] { this_system->set_damping(old); });
-    system.set_damping(edit.damping);
-    undo.keep(settings.damping);
-    settings.damping = edit.damping;
+    system.set_damping(next);
     renewal.limit = true;
   }
-  void operator()(const SetEnvironment& edit) {
+  void renew(const EnvironmentSettings&, const EnvironmentSettings& next) {
     undo.add(
         [this_system = &system, old = system.environment()] { this_system->set_environment(old); });
-    system.set_environment(make_environment(edit.environment, amplitudes));
-    undo.keep(settings.environment);
-    settings.environment = edit.environment;
+    system.set_environment(make_environment(next, amplitudes));
     renewal.limit = !system.environment().is_uniform();
   }
   void operator()(const SetForce& edit) {
-    undo.add(set_load(edit.force, edit.index, settings.loads, system, amplitudes));
-    renewal.limit = edit.force.kind == LoadKind::kPressure;
+    undo.add(set_load(edit.entry, edit.index, settings.loads, system, amplitudes));
+    renewal.limit = edit.entry.kind == LoadKind::kPressure;
   }
   void operator()(const SetFix& edit) {
     if (edit.index) {
       require_index(constraints.fixes, *edit.index, "fix");
       PrescribedVertices& held = constraints.fixes[*edit.index];
       FixSettings& present = constraints.fix_settings[*edit.index];
-      PrescribedVertices changed = changed_held(held, present, edit.fix, system.mesh(),
+      PrescribedVertices changed = changed_held(held, present, edit.entry, system.mesh(),
                                                 state.position, state.time, amplitudes);
       undo.keep_entry(constraints.fixes, *edit.index);
       undo.keep_entry(constraints.fix_settings, *edit.index);
       held = std::move(changed);
-      present = edit.fix;
+      present = edit.entry;
     } else {
       constraints.fixes.push_back(
-          make_held(edit.fix, system.mesh(), state.position, state.time, amplitudes));
+          make_held(edit.entry, system.mesh(), state.position, state.time, amplitudes));
       undo.remove_last(constraints.fixes);
-      constraints.fix_settings.push_back(edit.fix);
+      constraints.fix_settings.push_back(edit.entry);
       undo.remove_last(constraints.fix_settings);
     }
     renewal.constraints = renewal.limit = true;
@@ -192,8 +191,8 @@ struct Editor {
   }
   void operator()(const SetConstraint& edit) {
     ConstraintObject object =
-        make_constraint(edit.constraint, system, state.position, state.time, amplitudes);
-    const ConstraintSettings complete = with_length(edit.constraint, object);
+        make_constraint(edit.entry, system, state.position, state.time, amplitudes);
+    const ConstraintSettings complete = with_length(edit.entry, object);
     if (edit.index) {
       require_index(constraints.others, *edit.index, "constraint");
       undo.keep_entry(constraints.others, *edit.index);

@@ -74,6 +74,9 @@ const std::vector<std::string>& Session::warnings() const {
 const std::vector<AppliedEdit>& Session::edits() const {
   return impl_->run.progress.edits;
 }
+const RunSettings& Session::settings() const {
+  return impl_->run.settings;
+}
 const TimeSettings& Session::time_settings() const {
   return impl_->run.settings.time;
 }
