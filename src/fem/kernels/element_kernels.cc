@@ -9,6 +9,7 @@
 #include <hwy/foreach_target.h>  // compiles this file once for every instruction set
 #include <hwy/highway.h>
 
+#include "accurate_invariants-inl.h"
 #include "element_parameters-inl.h"
 #include "material/laws/laws-inl.h"
 #include "principal-inl.h"
@@ -17,81 +18,6 @@
 HWY_BEFORE_NAMESPACE();
 namespace tetraction {
 namespace HWY_NAMESPACE {
-
-using Tag = hn::CappedTag<double, 8>;
-using Vec = hn::Vec<Tag>;
-
-// x − ln(1 + x) for |x| ≤ 0.01 (material/strain_invariants.h).
-HWY_INLINE Vec x_minus_log1p(Tag tag, Vec x) {
-  Vec sum = hn::Set(tag, -1.0 / 11);
-  for (int k = 10; k >= 2; --k) {
-    sum = hn::MulAdd(sum, x, hn::Set(tag, ((k % 2 == 0) ? 1.0 : -1.0) / k));
-  }
-  return hn::Mul(hn::Mul(x, x), sum);
-}
-
-// ag = a G = c G − I, computed so that it is accurate near rest.
-HWY_INLINE void strain(Tag tag, const Symmetric<Vec>& c, const Symmetric<Vec>& vg,
-                       Vec inverse_volume, Columns<Vec>& ag) {
-  for (int i = 0; i < 3; ++i) {
-    for (int j = 0; j < 3; ++j) {
-      const Vec sum =
-          hn::MulAdd(c(i, 2), vg(2, j), hn::MulAdd(c(i, 1), vg(1, j), hn::Mul(c(i, 0), vg(0, j))));
-      ag.m[j][i] = i == j ? hn::MulSub(sum, inverse_volume, hn::Set(tag, 1.0))
-                          : hn::Mul(sum, inverse_volume);
-    }
-  }
-}
-
-HWY_INLINE Vec trace(const Columns<Vec>& m) {
-  return hn::Add(m.m[0][0], hn::Add(m.m[1][1], m.m[2][2]));
-}
-
-// Below this value of I₁ − 3 − 2 ln J (strains of 3e-3) its plain formula loses too many digits.
-constexpr double kSmallStrain = 1e-5;
-
-// Replaces i1_term = I₁ − 3 − 2 ln J and i2_term = I₂ − 3 − 4 ln J by values without cancellation
-// (material/strain_invariants.h) in the lanes where the strain is small.
-template <bool kSecond>
-HWY_INLINE void refine(Tag tag, const Symmetric<Vec>& c, const Symmetric<Vec>& vg,
-                       Vec inverse_volume, Vec& i1_term, Vec& i2_term) {
-  Columns<Vec> ag;
-  strain(tag, c, vg, inverse_volume, ag);
-  const Vec tr = trace(ag);
-  const Vec second =
-      hn::Mul(hn::Set(tag, 0.5),
-              hn::NegMulAdd(Vec(hn::Set(tag, 1.0)), trace_of_square(tag, ag), hn::Mul(tr, tr)));
-  Columns<Vec> cofactor;
-  const Vec third = cofactors(ag, cofactor);
-  const Vec x = hn::Add(tr, hn::Add(second, third));
-  const Vec difference = x_minus_log1p(tag, x);
-  const auto small =
-      hn::And(hn::Lt(i1_term, hn::Set(tag, kSmallStrain)), hn::Lt(hn::Abs(x), hn::Set(tag, 0.01)));
-  i1_term = hn::IfThenElse(small, hn::Sub(difference, hn::Add(second, third)), i1_term);
-  if constexpr (kSecond) {
-    const Vec value =
-        hn::Sub(hn::Add(difference, difference), hn::Add(second, hn::Add(third, third)));
-    i2_term = hn::IfThenElse(small, value, i2_term);
-  }
-}
-
-// Above this value of I₁ the formula I₂ = ½ (I₁² − tr C²) loses too many digits.
-constexpr double kLargeStretch = 1e3;
-
-// I₂ = |cof F|² = cof(e)ᵀcof(e) : adj(V G)/V². It keeps its digits, because it is a sum of squares.
-HWY_INLINE Vec second_invariant(const Columns<Vec>& cofactor, const Symmetric<Vec>& vg,
-                                Vec inverse_volume) {
-  Symmetric<Vec> w;
-  metric(cofactor, w);
-  Vec sum = hn::Mul(w(0, 0), hn::MulSub(vg(1, 1), vg(2, 2), hn::Mul(vg(1, 2), vg(1, 2))));
-  sum = hn::MulAdd(w(1, 1), hn::MulSub(vg(0, 0), vg(2, 2), hn::Mul(vg(0, 2), vg(0, 2))), sum);
-  sum = hn::MulAdd(w(2, 2), hn::MulSub(vg(0, 0), vg(1, 1), hn::Mul(vg(0, 1), vg(0, 1))), sum);
-  Vec off = hn::Mul(w(0, 1), hn::MulSub(vg(0, 2), vg(1, 2), hn::Mul(vg(0, 1), vg(2, 2))));
-  off = hn::MulAdd(w(0, 2), hn::MulSub(vg(0, 1), vg(1, 2), hn::Mul(vg(0, 2), vg(1, 1))), off);
-  off = hn::MulAdd(w(1, 2), hn::MulSub(vg(0, 1), vg(0, 2), hn::Mul(vg(0, 0), vg(1, 2))), off);
-  sum = hn::Add(sum, hn::Add(off, off));
-  return hn::Mul(sum, hn::Mul(inverse_volume, inverse_volume));
-}
 
 using Real = Number<Tag>;
 

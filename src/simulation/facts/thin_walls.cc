@@ -12,7 +12,7 @@
 namespace tetraction {
 namespace {
 
-using VertexMarks = std::vector<bool>;  // of vertices
+using MarkedVertices = std::vector<bool>;  // of vertices
 
 std::size_t index(Index v) {
   return static_cast<std::size_t>(v);
@@ -20,8 +20,8 @@ std::size_t index(Index v) {
 
 // The vertices of all tetrahedra that satisfy a condition.
 template <class Condition>
-VertexMarks vertices_of(const TetMesh& mesh, const Condition& condition) {
-  VertexMarks marks(mesh.vertices.size(), false);
+MarkedVertices vertices_of(const TetMesh& mesh, const Condition& condition) {
+  MarkedVertices marks(mesh.vertices.size(), false);
   for (const auto& tetrahedron : mesh.tetrahedra) {
     if (!condition(tetrahedron)) continue;
     for (const Index v : tetrahedron) marks[index(v)] = true;
@@ -40,17 +40,18 @@ double volume(const TetMesh& mesh, const std::array<Index, 4>& tetrahedron) {
 // The share of the body's volume in walls that are one or two tetrahedra thick. Walls of three have tetrahedra
 // between their two inner layers of vertices.
 double share_of_thin_walls(const TetMesh& mesh) {
-  VertexMarks outside(mesh.vertices.size(), false);
+  MarkedVertices outside(mesh.vertices.size(), false);
   for (const auto& face : boundary_faces(mesh)) {
     for (const Index v : face) outside[index(v)] = true;
   }
-  const auto touches = [](const std::array<Index, 4>& tetrahedron, const VertexMarks& marks) {
+  const auto touches = [](const std::array<Index, 4>& tetrahedron, const MarkedVertices& marks) {
     return std::any_of(tetrahedron.begin(), tetrahedron.end(),
                        [&](Index v) { return marks[index(v)]; });
   };
-  const VertexMarks core = vertices_of(mesh, [&](const auto& t) { return !touches(t, outside); });
+  const MarkedVertices core =
+      vertices_of(mesh, [&](const auto& t) { return !touches(t, outside); });
   // At edges and corners of thick bodies tetrahedra are beside such that touch the core.
-  const VertexMarks thick = vertices_of(mesh, [&](const auto& t) { return touches(t, core); });
+  const MarkedVertices thick = vertices_of(mesh, [&](const auto& t) { return touches(t, core); });
   double thin = 0.0;
   double total = 0.0;
   for (const auto& tetrahedron : mesh.tetrahedra) {

@@ -8,8 +8,8 @@
 #include <utility>
 
 #include "body_constraints.h"
+#include "mesh/shared_error.h"
 #include "setting_keys.h"
-#include "shared_error.h"
 #include "tetraction/core/error.h"
 #include "tetraction/dynamics/body_sums.h"
 #include "tetraction/dynamics/constraints/multipliers.h"

@@ -1,3 +1,4 @@
+#include "tetraction/simulation/material_settings.h"
 // The models that a scene can name, and their parameters.
 #include <fmt/format.h>
 
@@ -6,7 +7,7 @@
 #include <set>
 #include <string_view>
 
-#include "parameter_sets.h"
+#include "material/parameter_sets.h"
 
 namespace tetraction {
 namespace {

@@ -1,3 +1,4 @@
+#include "tetraction/simulation/material_settings.h"
 // Makes materials from their names and parameters. The material classes state both.
 #include <fmt/format.h>
 
@@ -6,7 +7,7 @@
 #include <utility>
 
 #include "core/quoting.h"
-#include "parameter_sets.h"
+#include "material/parameter_sets.h"
 #include "tetraction/core/error.h"
 
 namespace tetraction {

@@ -8,12 +8,12 @@
 #include <utility>
 
 #include "failure_diagnosis.h"
+#include "mesh/shared_error.h"
 #include "run_warnings.h"
 #include "session_edits.h"
 #include "session_impl.h"
 #include "simulation/scene/initial_state.h"
 #include "simulation/scene/parallel_features.h"
-#include "simulation/scene/shared_error.h"
 #include "simulation/stepping/limit_estimates.h"
 #include "tetraction/core/error.h"
 #include "tetraction/simulation/checkpoint_observer.h"

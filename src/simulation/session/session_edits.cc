@@ -8,11 +8,11 @@
 #include <tuple>
 #include <utility>
 
+#include "mesh/shared_error.h"
 #include "run_warnings.h"
 #include "simulation/scene/body_loads.h"
 #include "simulation/scene/initial_state.h"
 #include "simulation/scene/setting_keys.h"
-#include "simulation/scene/shared_error.h"
 #include "simulation/stepping/limit_estimates.h"
 #include "tetraction/core/error.h"
 #include "tetraction/dynamics/constraints/multipliers.h"

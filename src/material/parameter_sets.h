@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "tetraction/simulation/scene.h"
+#include "tetraction/material/material_parameter.h"
 
 namespace tetraction {
 
