@@ -9,11 +9,11 @@
 #include <hwy/foreach_target.h>  // compiles this file once for every instruction set
 #include <hwy/highway.h>
 
-#include "accurate_invariants-inl.h"
 #include "element_parameters-inl.h"
 #include "material/laws/laws-inl.h"
 #include "principal-inl.h"
 #include "simd_records-inl.h"
+#include "strain_invariants-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace tetraction {

@@ -1,10 +1,10 @@
 // Strain invariants in the lanes that keep their digits near rest and far from it. Highway includes this file
 // once for each instruction set.
-#if defined(TETRACTION_FEM_ACCURATE_INVARIANTS_INL_H_) == defined(HWY_TARGET_TOGGLE)
-#ifdef TETRACTION_FEM_ACCURATE_INVARIANTS_INL_H_
-#undef TETRACTION_FEM_ACCURATE_INVARIANTS_INL_H_
+#if defined(TETRACTION_FEM_STRAIN_INVARIANTS_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef TETRACTION_FEM_STRAIN_INVARIANTS_INL_H_
+#undef TETRACTION_FEM_STRAIN_INVARIANTS_INL_H_
 #else
-#define TETRACTION_FEM_ACCURATE_INVARIANTS_INL_H_
+#define TETRACTION_FEM_STRAIN_INVARIANTS_INL_H_
 #endif
 
 #include "simd_records-inl.h"
