@@ -1,5 +1,7 @@
 #include "tetraction/fem/step_length.h"
 
+#include <fmt/format.h>
+
 #include <Eigen/LU>
 #include <algorithm>
 #include <array>
@@ -79,6 +81,17 @@ double limited_fraction(const Margin& margin, double least, double longest) {
 }
 
 }  // namespace
+
+std::string inadmissible_change(const ElasticPotential& elastic, const Vector& q, Index element,
+                                std::int64_t id) {
+  const RestState& rest = elastic.rest();
+  for (Index i = 0; i < rest.point_count(); ++i) {
+    if (rest.element_of(i) != element) continue;
+    const Matrix3 f = deformation_gradient(rest.point(i), 0, rest.gather_relative(q, i));
+    if (!(jacobian(f) > 0.0)) return fmt::format("inverts element {}", id);
+  }
+  return fmt::format("stretches element {} beyond the limit of its material", id);
+}
 
 bool has_stretch_limit(const ElasticPotential& elastic) {
   bool found = false;

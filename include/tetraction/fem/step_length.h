@@ -1,7 +1,9 @@
 // How far a displacement can go before an element is inverted.
 #pragma once
 
+#include <cstdint>
 #include <functional>
+#include <string>
 
 #include "tetraction/fem/elastic_potential.h"
 
@@ -13,6 +15,11 @@ namespace tetraction {
 /// `counts` leaves out none.
 double admissible_step(const RestState& rest, const Vector& q, const Vector& d,
                        const std::function<bool(Index)>& counts = {});
+
+/// What positions at which ElasticPotential::admissible() fails do to the element, for messages: "inverts element
+/// ID", or "stretches element ID beyond the limit of its material".
+std::string inadmissible_change(const ElasticPotential& elastic, const Vector& q, Index element,
+                                std::int64_t id);
 
 /// Whether the energy of a material is bounded to a stretch (HasStretchLimit).
 bool has_stretch_limit(const ElasticPotential& elastic);

@@ -13,6 +13,7 @@
 #include "tetraction/core/error.h"
 #include "tetraction/dynamics/body_sums.h"
 #include "tetraction/dynamics/constraints/multipliers.h"
+#include "tetraction/fem/step_length.h"
 #include "tetraction/simulation/equilibrium.h"
 
 namespace tetraction {
@@ -57,10 +58,12 @@ void check_inversion(const Scene& scene, const MechanicalSystem& system, const V
   const EvaluationStatus status = system.elastic().admissible(position);
   if (status.ok()) return;
   const auto place = scene.initial.places.find(key);
-  throw InputError(fmt::format("{}{}initial.{} inverts element {}: make it smaller.",
-                               place == scene.initial.places.end() ? "" : place->second,
-                               place == scene.initial.places.end() ? "" : ": ", key,
-                               system.mesh().tetrahedron_id(status.failed_element)));
+  throw InputError(
+      fmt::format("{}{}initial.{} {}: make it smaller.",
+                  place == scene.initial.places.end() ? "" : place->second,
+                  place == scene.initial.places.end() ? "" : ": ", key,
+                  inadmissible_change(system.elastic(), position, status.failed_element,
+                                      system.mesh().tetrahedron_id(status.failed_element))));
 }
 
 // The positions that the keys of [initial] give. Throws InputError if `checked` and one of them inverts
@@ -171,9 +174,11 @@ Constraints constrain(MechanicalSystem& system, const BodyConstraints& constrain
   do_in_all_parts(system.part(), [&] {
     next = make_constraints(system, constraints, time, moved);
     if (const EvaluationStatus status = system.elastic().admissible(moved); !status.ok()) {
-      throw InputError(fmt::format(
-          "Moving the vertices to where the constraints hold them inverts element {}: {}",
-          system.mesh().tetrahedron_id(status.failed_element), advice));
+      throw InputError(
+          fmt::format("Moving the vertices to where the constraints hold them {}: {}",
+                      inadmissible_change(system.elastic(), moved, status.failed_element,
+                                          system.mesh().tetrahedron_id(status.failed_element)),
+                      advice));
     }
     require_defined_terms(system, moved, time,
                           "Moving the vertices to where the constraints hold them");

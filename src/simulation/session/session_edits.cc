@@ -16,6 +16,7 @@
 #include "simulation/stepping/limit_estimates.h"
 #include "tetraction/core/error.h"
 #include "tetraction/dynamics/constraints/multipliers.h"
+#include "tetraction/fem/step_length.h"
 #include "tetraction/simulation/warnings.h"
 
 namespace tetraction {
@@ -98,6 +99,7 @@ struct Editor {
     const bool built_in = all_built_in();
     const bool locked = !locking_warning(system).empty();
     const bool unstable = !instability_warning(system).empty();
+    const bool was_admissible = system.elastic().admissible(state.position).ok();
     MaterialField made = make_material(edit.material, system, edit.region);
     const auto region = static_cast<std::size_t>(edit.region);
     undo.add([this_system = &system, region = edit.region, old = system.materials()[region]] {
@@ -106,6 +108,16 @@ struct Editor {
     undo.keep_entry(settings.materials, region);
     system.set_material(edit.region, std::move(made));
     settings.materials[region] = edit.material;
+    do_in_all_parts(system.part(), [&] {
+      const EvaluationStatus status = system.elastic().admissible(state.position);
+      if (!was_admissible || status.ok()) return;
+      throw InputError(fmt::format(
+          "{}{}with these parameters the energy is not defined in the present state, which {}: "
+          "change "
+          "the material while the body is strained less.",
+          edit.material.where, edit.material.where.empty() ? "" : ": ",
+          change_by(state.position, status)));
+    });
     if (!locked) warning = locking_warning(system);
     if (!unstable) {
       const std::string more = instability_warning(system);
@@ -255,9 +267,12 @@ struct Editor {
       return;
     }
     throw InputError(fmt::format(
-        "{}{}the displacement inverts element {}: make it smaller, or move more vertices together.",
-        shift.where, shift.where.empty() ? "" : ": ",
-        system.mesh().tetrahedron_id(status.failed_element)));
+        "{}{}the displacement {}: make it smaller, or move more vertices together.", shift.where,
+        shift.where.empty() ? "" : ": ", change_by(state.position, status)));
+  }
+  std::string change_by(const Vector& position, const EvaluationStatus& status) const {
+    return inadmissible_change(system.elastic(), position, status.failed_element,
+                               system.mesh().tetrahedron_id(status.failed_element));
   }
   bool all_built_in() const {
     const std::vector<MaterialField>& materials = system.materials();
