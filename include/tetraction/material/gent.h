@@ -46,9 +46,7 @@ class Gent : public IsotropicMaterial<Gent> {
   Gent without_volumetric_part() const { return {mu(), jm(), 0.0}; }
   std::string instability() const { return {}; }  ///< none: the stress grows up to the limit
   /// 1 − (Ī₁ − 3)/Jm.
-  double stretch_margin(const Matrix3& f) const {
-    return 1.0 - (f.squaredNorm() / std::cbrt(jacobian(f) * jacobian(f)) - 3.0) / jm();
-  }
+  double stretch_margin(const Matrix3& f) const;
   double mu() const { return parameters_.mu; }        ///< Pa
   double jm() const { return parameters_.jm; }        ///< the limit of Ī₁ − 3
   double kappa() const { return parameters_.kappa; }  ///< Pa
