@@ -20,10 +20,11 @@ Ogden::Ogden(const std::vector<double>& mu, const std::vector<double>& alpha, do
                                  mu.size(), kMostTerms));
   }
   for (std::size_t p = 0; p < mu.size(); ++p) {
-    if (!std::isfinite(mu[p]) || !std::isfinite(alpha[p]) || alpha[p] == 0.0) {
-      throw InputError(fmt::format(
-          "ogden: mu.{0} = {1} Pa must be finite, and alpha.{0} = {2} finite and not 0.", p, mu[p],
-          alpha[p]));
+    if (!std::isfinite(mu[p])) {
+      throw InputError(fmt::format("ogden: mu.{} = {} Pa must be finite.", p, mu[p]));
+    }
+    if (!std::isfinite(alpha[p]) || alpha[p] == 0.0) {
+      throw InputError(fmt::format("ogden: alpha.{} = {} must be finite and not 0.", p, alpha[p]));
     }
     parameters_.mu[p] = mu[p];
     parameters_.alpha[p] = alpha[p];
