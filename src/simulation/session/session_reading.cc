@@ -12,7 +12,7 @@ bool any_time_settings(const RunData& run, const auto& are_such) {
   for (const EventSettings& event : run.scene.event) {
     for (const Edit& edit : event.edits) {
       const auto* change = std::get_if<SetTime>(&edit);
-      if (change != nullptr && are_such(change->time)) return true;
+      if (change != nullptr && are_such(change->settings)) return true;
     }
   }
   return false;
