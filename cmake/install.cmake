@@ -60,6 +60,7 @@ if(TETRACTION_BUILD_IO)
   install(FILES README.md LICENSE CHANGELOG.md CONTRIBUTING.md CITATION.cff
     DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT program)
   if(TETRACTION_HAS_VIEWER)
+    install(TARGETS tetraction_window RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT program)
     install(FILES packaging/tetraction.desktop
       DESTINATION ${CMAKE_INSTALL_DATADIR}/applications COMPONENT program)
     install(FILES packaging/tetraction.svg

@@ -21,9 +21,6 @@
 #include "tetraction/core/parallel.h"
 #include "tetraction/core/version.h"
 #include "tetraction/io/io_library_versions.h"
-#ifdef TETRACTION_HAS_VIEWER
-#include "viewer/gui/window/view_app.h"
-#endif
 
 namespace {
 
@@ -39,8 +36,8 @@ std::string version_text() {
   std::vector<tetraction::LibraryVersion> libraries = tetraction::core_library_versions();
   for (auto& library : tetraction::io_library_versions()) libraries.push_back(std::move(library));
   libraries.push_back({"CLI11", CLI11_VERSION});
-#ifdef TETRACTION_HAS_VIEWER
-  libraries.push_back({"Qt", tetraction::viewer::qt_version()});
+#ifdef TETRACTION_QT_VERSION
+  libraries.push_back({"Qt", TETRACTION_QT_VERSION});
 #endif
   const char* separator = "Libraries: ";
   for (const auto& library : libraries) {

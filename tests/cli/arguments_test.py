@@ -195,6 +195,20 @@ class ExitCodes(ProgramTest):
 class Surroundings(ProgramTest):
     """Names of files, the user's environment and the machine."""
 
+    def test_libraries_of_the_window_and_of_several_processes_are_loaded_where_they_are_needed(self):
+        libraries = subprocess.run([PROGRAM, "run"], env={**os.environ, "LD_TRACE_LOADED_OBJECTS": "1"},
+                                   capture_output=True, text=True).stdout  # fmt: skip
+        self.assertIn("libcholmod", libraries)
+        for name in ("libQt", "libGL", "libX11", "vtkRendering", "libpetsc", "libmpi"):
+            self.assertNotIn(name, libraries)
+
+    def test_a_program_without_its_window_says_so(self):
+        alone = self.path("tetraction")
+        shutil.copy(PROGRAM, alone)
+        result = subprocess.run([alone, "view"], capture_output=True, text=True)
+        self.assertEqual(result.returncode, 2)
+        self.assertIn("no program tetraction-window", result.stderr)
+
     def test_names_with_blanks_quotes_and_letters_of_other_languages(self):
         folder = self.path("a b", "ü 数 'q\" $(touch made) ;&")
         os.makedirs(folder)

@@ -158,6 +158,7 @@ class Installed(unittest.TestCase):
             self.skipTest("built without the viewer")
         if shutil.which("desktop-file-validate"):
             call("desktop-file-validate", path)
+        self.assertTrue(os.path.exists(self.installed("bin/tetraction-window")))
         self.assertTrue(os.path.exists(
             self.installed("share/icons/hicolor/scalable/apps/tetraction.svg")))  # fmt: skip
 

@@ -6,10 +6,11 @@
 #include <optional>
 #include <string>
 
+#include "cli/command_line.h"
 #include "commands.h"
 #include "tetraction/core/error.h"
 #include "tetraction/core/parallel.h"
-#ifdef TETRACTION_HAS_VIEWER
+#ifdef TETRACTION_WITH_WINDOW
 #include "viewer/gui/window/view_app.h"
 #endif
 
@@ -28,11 +29,13 @@ int view(const ViewOptions& options) {
   if (options.scale && !(*options.scale > 0.0 && std::isfinite(*options.scale))) {
     throw InputError("view: --scale must be above 0 and finite; 0.001 for a mesh in millimetres.");
   }
-#ifdef TETRACTION_HAS_VIEWER
+#ifdef TETRACTION_WITH_WINDOW
   return viewer::run_viewer(options.path, options.scale);
 #else
+  become_program("tetraction-window");
   throw InputError(
-      "view: this program was built without the viewer. Install qtbase5-dev and libvtk9-qt-dev "
+      "view: this program was built without the viewer (there is no program tetraction-window "
+      "beside it). Install qtbase5-dev and libvtk9-qt-dev "
       "(scripts/setup does), configure and build again.");
 #endif
 }

@@ -64,10 +64,6 @@ void set_up_application() {
   QCoreApplication::setApplicationName(QStringLiteral("tetraction"));
 }
 
-std::string qt_version() {
-  return qVersion();
-}
-
 int run_viewer(const std::string& path, std::optional<double> scale) {
   std::future<Opened> reading;
   if (!path.empty()) {

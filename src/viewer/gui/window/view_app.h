@@ -15,7 +15,4 @@ void set_up_application();
 /// does if the file cannot be opened, and InputError if there is no display.
 int run_viewer(const std::string& path, std::optional<double> scale);
 
-/// The version of Qt, e.g. "5.15.8".
-std::string qt_version();
-
 }  // namespace tetraction::viewer
