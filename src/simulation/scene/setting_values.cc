@@ -386,7 +386,8 @@ std::string list_type(int most, bool takes_number) {
 
 void check_list(const Json& node, int most, const Refusal& refuse) {
   if (!node.is_array()) {
-    refuse(fmt::format("must be a list of 1 to {} numbers or arrays, not {}.", most, kind_of(node)));
+    refuse(
+        fmt::format("must be a list of 1 to {} numbers or arrays, not {}.", most, kind_of(node)));
   }
   if (node.empty() || node.size() > static_cast<std::size_t>(most)) {
     refuse(fmt::format("has {} entries; it must have 1 to {}.", node.size(), most));
