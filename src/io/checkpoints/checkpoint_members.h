@@ -7,64 +7,27 @@
 
 namespace tetraction {
 
-template <class Archive, Is<BodyIdentity> T>
-void transfer(Archive& archive, T& value) {
-  auto& [mesh, regions, densities, force_terms] = value;
-  transfer_all(archive, mesh, regions, densities, force_terms);
-}
+// The members of a struct, all of them in their order.
+#define TETRACTION_TRANSFER(Struct, ...)      \
+  template <class Archive, Is<Struct> T>      \
+  void transfer(Archive& archive, T& value) { \
+    auto& [__VA_ARGS__] = value;              \
+    transfer_all(archive, __VA_ARGS__);       \
+  }
 
-template <class Archive, Is<AppliedEdit> T>
-void transfer(Archive& archive, T& value) {
-  auto& [at, time, step, what, energy_jump, warning] = value;
-  transfer_all(archive, at, time, step, what, energy_jump, warning);
-}
-
-template <class Archive, Is<StepRange> T>
-void transfer(Archive& archive, T& value) {
-  auto& [smallest, largest, last, changes] = value;
-  transfer_all(archive, smallest, largest, last, changes);
-}
-
-template <class Archive, Is<InvertedElements> T>
-void transfer(Archive& archive, T& value) {
-  auto& [now, most, most_step, first, first_time] = value;
-  transfer_all(archive, now, most, most_step, first, first_time);
-}
-
-template <class Archive, Is<CriticalModes> T>
-void transfer(Archive& archive, T& value) {
-  auto& [stiffness, damping] = value;
-  transfer_all(archive, stiffness, damping);
-}
-
-template <class Archive, Is<AutomaticStepMemory> T>
-void transfer(Archive& archive, T& value) {
-  auto& [modes, critical_step, rate, last, next, interval, recent, known, largest_change, grows,
-         elastic_energy, elastic_energy_at_estimate, sensitivity] = value;
-  transfer_all(archive, modes, critical_step, rate, last, next, interval, recent, known,
-               largest_change, grows, elastic_energy, elastic_energy_at_estimate, sensitivity);
-}
-
-template <class Archive, Is<AdaptiveStepMemory> T>
-void transfer(Archive& archive, T& value) {
-  auto& [last_error, has_energy, energy, half_work] = value;
-  transfer_all(archive, last_error, has_energy, energy, half_work);
-}
-
-template <class Archive, Is<StepPlan> T>
-void transfer(Archive& archive, T& value) {
-  auto& [time_step, segment_time, segment_step, segment_count, automatic, adaptive] = value;
-  transfer_all(archive, time_step, segment_time, segment_step, segment_count, automatic, adaptive);
-}
-
-template <class Archive, Is<StepControl> T>
-void transfer(Archive& archive, T& value) {
-  auto& [retried, rejected, failed, above_tolerance, without_solution, last_rejected, last_substeps,
-         last_error, discrete_energy, energy_residual] = value;
-  transfer_all(archive, retried, rejected, failed, above_tolerance, without_solution, last_rejected,
-               last_substeps, last_error, discrete_energy, energy_residual);
-}
-
+TETRACTION_TRANSFER(BodyIdentity, mesh, regions, densities, force_terms)
+TETRACTION_TRANSFER(AppliedEdit, at, time, step, what, energy_jump, warning)
+TETRACTION_TRANSFER(StepRange, smallest, largest, last, changes)
+TETRACTION_TRANSFER(InvertedElements, now, most, most_step, first, first_time)
+TETRACTION_TRANSFER(CriticalModes, stiffness, damping)
+TETRACTION_TRANSFER(AutomaticStepMemory, modes, critical_step, rate, last, next, interval, recent,
+                    known, largest_change, grows, elastic_energy, elastic_energy_at_estimate,
+                    sensitivity)
+TETRACTION_TRANSFER(AdaptiveStepMemory, last_error, has_energy, energy, half_work)
+TETRACTION_TRANSFER(StepPlan, time_step, segment_time, segment_step, segment_count, automatic,
+                    adaptive)
+TETRACTION_TRANSFER(StepControl, retried, rejected, failed, above_tolerance, without_solution,
+                    last_rejected, last_substeps, last_error, discrete_energy, energy_residual)
 template <class Archive, Is<MinimizerReport> T>
 void transfer(Archive& archive, T& value) {
   auto& [termination, iterations, factorizations, cg_iterations, linear, residual, residual_limit,
@@ -87,18 +50,8 @@ void transfer(Archive& archive, T& value) {
                total_factorizations, total_cg_iterations, linear_solver, control);
 }
 
-template <class Archive, Is<State> T>
-void transfer(Archive& archive, T& value) {
-  auto& [step, time, position, momentum, velocity] = value;
-  transfer_all(archive, step, time, position, momentum, velocity);
-}
-
-template <class Archive, Is<Momenta> T>
-void transfer(Archive& archive, T& value) {
-  auto& [linear, angular, linear_scale, angular_scale] = value;
-  transfer_all(archive, linear, angular, linear_scale, angular_scale);
-}
-
+TETRACTION_TRANSFER(State, step, time, position, momentum, velocity)
+TETRACTION_TRANSFER(Momenta, linear, angular, linear_scale, angular_scale)
 // The first three entries have fixed names.
 template <class Archive, Is<Energies> T>
 void transfer(Archive& archive, T& value) {
@@ -120,22 +73,13 @@ void transfer(Archive& archive, T& value) {
   }
 }
 
-template <class Archive, Is<BalanceSums> T>
-void transfer(Archive& archive, T& value) {
-  auto& [initial_energies, energies, initial_momenta, momenta, external_work, dissipated_energy,
-         constraint_work, edit_work, linear_impulse, angular_impulse, residual_angular_impulse,
-         round_off, largest_environment_exchange, largest_external_work, largest_constraint_work,
-         largest_spring_energy, sum_of_edits, largest_energy_error, largest_linear_drift,
-         largest_angular_drift, linear_scale, angular_scale, limited_steps,
-         largest_limited_residual, largest_allowed_residual] = value;
-  transfer_all(archive, initial_energies, energies, initial_momenta, momenta, external_work,
-               dissipated_energy, constraint_work, edit_work, linear_impulse, angular_impulse,
-               residual_angular_impulse, round_off, largest_environment_exchange,
-               largest_external_work, largest_constraint_work, largest_spring_energy, sum_of_edits,
-               largest_energy_error, largest_linear_drift, largest_angular_drift, linear_scale,
-               angular_scale, limited_steps, largest_limited_residual, largest_allowed_residual);
-}
-
+TETRACTION_TRANSFER(BalanceSums, initial_energies, energies, initial_momenta, momenta,
+                    external_work, dissipated_energy, constraint_work, edit_work, linear_impulse,
+                    angular_impulse, residual_angular_impulse, round_off,
+                    largest_environment_exchange, largest_external_work, largest_constraint_work,
+                    largest_spring_energy, sum_of_edits, largest_energy_error, largest_linear_drift,
+                    largest_angular_drift, linear_scale, angular_scale, limited_steps,
+                    largest_limited_residual, largest_allowed_residual)
 template <class Archive, Is<PrescribedMotion> T>
 void transfer(Archive& archive, T& value) {
   // complete_settings() sets the amplitudes.
@@ -200,12 +144,7 @@ void transfer(Archive& archive, T& value) {
   std::visit([&](auto& object) { transfer(archive, object); }, value);
 }
 
-template <class Archive, Is<Reactions> T>
-void transfer(Archive& archive, T& value) {
-  auto& [force, delay, configuration_force] = value;
-  transfer_all(archive, force, delay, configuration_force);
-}
-
+TETRACTION_TRANSFER(Reactions, force, delay, configuration_force)
 template <class Archive, Is<Checkpoint> T>
 void transfer(Archive& archive, T& value) {
   auto& [body, settings, progress, state, balance, reactions] = value;
@@ -214,12 +153,7 @@ void transfer(Archive& archive, T& value) {
   transfer_list(archive, settings.constraints.others);
 }
 
-template <class Archive, Is<PhaseTimes> T>
-void transfer(Archive& archive, T& value) {
-  auto& [mesh, setup, stability, stepping, output] = value;
-  transfer_all(archive, mesh, setup, stability, stepping, output);
-}
-
+TETRACTION_TRANSFER(PhaseTimes, mesh, setup, stability, stepping, output)
 template <class Archive, Is<RecordedFiles> T>
 void transfer(Archive& archive, T& value) {
   auto& [history_size, last_row, probes_size, last_probe_row, last_frame, history_sum, probes_sum,
@@ -229,16 +163,9 @@ void transfer(Archive& archive, T& value) {
   transfer_list(archive, frame_sizes);
 }
 
-template <class Archive, Is<RunInputs> T>
-void transfer(Archive& archive, T& value) {
-  auto& [scene, numbers, fields, amplitudes] = value;
-  transfer_all(archive, scene, numbers, fields, amplitudes);
-}
-
-template <class Archive, Is<StoredCheckpoint> T>
-void transfer(Archive& archive, T& value) {
-  auto& [version, is_regular, processes, inputs, times, files, checkpoint] = value;
-  transfer_all(archive, version, is_regular, processes, inputs, times, files, checkpoint);
-}
+TETRACTION_TRANSFER(RunInputs, scene, numbers, fields, amplitudes)
+TETRACTION_TRANSFER(StoredCheckpoint, version, is_regular, processes, inputs, times, files,
+                    checkpoint)
+#undef TETRACTION_TRANSFER
 
 }  // namespace tetraction
