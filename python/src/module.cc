@@ -197,7 +197,13 @@ void define_scene(py::module_& m) {
   m.def("force_field", [](const std::string& name, const py::object& functions) {
     return std::const_pointer_cast<ForceTerm>(make_force_field(name, functions));
   });
-  m.def("section_names", &key_table_names);
+  m.def("scene_sections", [] {
+    py::list list;
+    for (const SectionDescription& section : section_descriptions()) {
+      list.append(py::make_tuple(section.name, section.is_list, section.may_change));
+    }
+    return list;
+  });
   m.def("documentation_of", &documentation_of, "error"_a);
   m.def("section_keys", [](const std::string& section) {
     py::list list;

@@ -161,6 +161,17 @@ void MechanicalSystem::add_force_term(std::shared_ptr<const ForceTerm> term) {
   list_terms();
 }
 
+void MechanicalSystem::set_force_term(std::shared_ptr<const ForceTerm> term) {
+  const auto same = [&](const auto& added) { return term && added->name() == term->name(); };
+  const auto old = std::find_if(added_terms_.begin(), added_terms_.end(), same);
+  if (old == added_terms_.end()) {
+    add_force_term(std::move(term));
+    return;
+  }
+  *old = std::move(term);
+  list_terms();
+}
+
 bool MechanicalSystem::has_load_of_position() const {
   return std::any_of(terms_.begin(), terms_.end(), [](const ForceTerm* term) {
     return term->has_load() && term->load_depends_on_position();

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "numbering.h"
 #include "tetraction/core/error.h"
 
 namespace tetraction::viewer {
@@ -95,17 +96,17 @@ struct EditHistory::BeforeVisitor {
   std::vector<Before> operator()(const SetMaterial& e) const {
     const auto region = static_cast<std::size_t>(e.region);
     if (region >= session.materials().size()) return {};  // the session will refuse the edit
-    return {SetMaterial{e.region, session.materials()[region]}};
+    return {Edit(SetMaterial{e.region, session.materials()[region]})};
   }
   template <class Section>
   std::vector<Before> operator()(const SetSection<Section>&) const {
-    return {SetSection<Section>{section_in<Section>(session.settings())}};
+    return {Edit(SetSection<Section>{session.settings().section<Section>()})};
   }
   std::vector<Before> operator()(const SetForce& e) const {
     const std::vector<ForceSettings>& loads = session.loads().list(e.entry.kind);
     const std::size_t i = e.index.value_or(loads.size());
-    if (i >= loads.size()) return {ForceBefore{e.entry.kind, i, std::nullopt}};
-    return {ForceBefore{e.entry.kind, i, loads[i]}};
+    if (i >= loads.size()) return {Added{list_of(e.entry), i}};
+    return {Edit(SetForce{i, loads[i]})};
   }
   std::vector<Before> operator()(const SetFix& e) const {
     const std::size_t i = e.index.value_or(session.fix_count());
@@ -120,35 +121,38 @@ struct EditHistory::BeforeVisitor {
     return fixes;
   }
   std::vector<Before> constraint(std::size_t i) const {
-    if (i >= session.constraints().size()) return {ConstraintBefore{i, std::nullopt}};
-    return {ConstraintBefore{i, session.constraints()[i]}};
+    const auto& all = session.constraints();
+    if (i >= all.size() || !all[i]) return {Added{list_of(ConstraintSettings()), i}};
+    return {Edit(SetConstraint{i, *all[i]})};
   }
   std::vector<Before> operator()(const SetConstraint& e) const {
     return constraint(e.index.value_or(session.constraints().size()));
   }
   std::vector<Before> operator()(const RemoveConstraint& e) const { return constraint(e.index); }
-  std::vector<Before> operator()(const SetMomentum&) const { return {}; }
-  std::vector<Before> operator()(const ShiftState&) const { return {}; }
+  template <class Change>
+  std::vector<Before> operator()(const ChangeState<Change>&) const {
+    return {};
+  }
 };
 
 std::vector<EditHistory::Before> EditHistory::before(const Edit& edit) const {
   return std::visit(BeforeVisitor{session_}, edit);
 }
 
-bool EditHistory::same_part(const Before& a, const Before& b) {
-  if (a.index() != b.index()) return false;
-  const auto number = [](const Before& part) -> std::size_t {
-    if (const auto* material = std::get_if<SetMaterial>(&part)) {
-      return static_cast<std::size_t>(material->region);
+// Kind and number of the setting.
+std::pair<std::size_t, std::size_t> EditHistory::part_of(const Before& before) {
+  constexpr std::size_t kFirstList = std::variant_size_v<Edit>;
+  if (const auto* edit = std::get_if<Edit>(&before)) {
+    if (const std::optional<EditedEntry> entry = edited_entry(*edit)) {
+      return {kFirstList + entry->list, *entry->index};
     }
-    if (const auto* force = std::get_if<ForceBefore>(&part)) {
-      return values_of<LoadKind>().size() * force->index + static_cast<std::size_t>(force->kind);
-    }
-    if (const auto* fix = std::get_if<FixBefore>(&part)) return fix->index;
-    if (const auto* constraint = std::get_if<ConstraintBefore>(&part)) return constraint->index;
-    return 0;
-  };
-  return number(a) == number(b);
+    const auto* material = std::get_if<SetMaterial>(edit);
+    return {edit->index(), material != nullptr ? static_cast<std::size_t>(material->region) : 0};
+  }
+  if (const auto* added = std::get_if<Added>(&before)) {
+    return {kFirstList + added->list, added->index};
+  }
+  return {kFirstList + list_of(FixSettings()), std::get<FixBefore>(before).index};
 }
 
 void EditHistory::make(const Edit& edit, const std::string& what, Entry& entry) {
@@ -157,19 +161,15 @@ void EditHistory::make(const Edit& edit, const std::string& what, Entry& entry) 
   apply_(edit, what);
   if (entry.edits.empty()) entry.state = state;
   for (Before& part : parts) {
-    const bool is_stored = std::any_of(entry.before.begin(), entry.before.end(),
-                                       [&](const Before& old) { return same_part(old, part); });
+    const bool is_stored =
+        std::any_of(entry.before.begin(), entry.before.end(),
+                    [&](const Before& old) { return part_of(old) == part_of(part); });
     if (!is_stored) entry.before.push_back(std::move(part));
   }
   Edit redo_edit = edit;
-  if (auto* force = std::get_if<SetForce>(&redo_edit)) {
-    if (!force->index) force->index = session_.loads().list(force->entry.kind).size() - 1;
-  } else if (auto* fix = std::get_if<SetFix>(&redo_edit)) {
-    if (!fix->index) fix->index = session_.fix_count() - 1;
-  } else if (auto* constraint = std::get_if<SetConstraint>(&redo_edit)) {
-    if (!constraint->index) constraint->index = session_.constraints().size() - 1;
-  } else if (std::holds_alternative<SetMomentum>(redo_edit) ||
-             std::holds_alternative<ShiftState>(redo_edit)) {
+  if (const std::optional<EditedEntry> added = edited_entry(edit); added && added->adds) {
+    set_index(redo_edit, counts_of(session_)[added->list] - 1);
+  } else if (std::visit([]<class Kind>(const Kind&) { return kChangesState<Kind>; }, redo_edit)) {
     const auto add = [](Vector& sum, const Vector& part) {
       if (sum.size() == 0) sum = Vector::Zero(part.size());
       sum += part;
@@ -254,16 +254,20 @@ std::vector<Edit> EditHistory::inverse(const Entry& entry) const {
   std::vector<Edit> release;
   std::vector<Edit> edits;
   for (auto part = entry.before.rbegin(); part != entry.before.rend(); ++part) {
-    if (const auto* force = std::get_if<ForceBefore>(&*part)) {
-      const ForceSettings& now = session_.loads().list(force->kind)[force->index];
-      ForceSettings settings = force->force.value_or(now);
-      if (!force->force) {  // loads cannot be taken away, but they can be zero
-        settings.vector.setZero();
-        settings.value = 0.0;
-        if (settings.total) settings.total->setZero();
-        if (settings.acceleration) settings.acceleration->setZero();
+    if (const auto* edit = std::get_if<Edit>(&*part)) {
+      edits.push_back(*edit);
+    } else if (const auto* added = std::get_if<Added>(&*part)) {
+      if (added->list < kLoadKinds) {  // loads cannot be taken away, but they can be zero
+        ForceSettings zero =
+            session_.loads().list(static_cast<LoadKind>(added->list))[added->index];
+        zero.vector.setZero();
+        zero.value = 0.0;
+        if (zero.total) zero.total->setZero();
+        if (zero.acceleration) zero.acceleration->setZero();
+        edits.emplace_back(SetForce{added->index, zero});
+      } else if (session_.constraints()[added->index]) {
+        release.emplace_back(RemoveConstraint{added->index});
       }
-      edits.emplace_back(SetForce{force->index, settings});
     } else if (const auto* fix = std::get_if<FixBefore>(&*part)) {
       const PresentFix now = session_.fix(fix->index);
       if (!fix->fix || fix->fix->vertices.empty()) {
@@ -273,20 +277,6 @@ std::vector<Edit> EditHistory::inverse(const Entry& entry) const {
       } else if (!same_fix(*fix->fix, now)) {
         edits.push_back(inverse(*fix, entry.state.has_value()));
       }
-    } else if (const auto* constraint = std::get_if<ConstraintBefore>(&*part)) {
-      if (constraint->constraint) {
-        edits.emplace_back(SetConstraint{constraint->index, *constraint->constraint});
-      } else if (session_.constraints()[constraint->index]) {
-        release.emplace_back(RemoveConstraint{constraint->index});
-      }
-    } else {
-      std::visit(
-          [&](const auto& section) {
-            if constexpr (std::is_constructible_v<Edit, decltype(section)>) {
-              edits.emplace_back(section);
-            }
-          },
-          *part);
     }
   }
   release.insert(release.end(), edits.begin(), edits.end());

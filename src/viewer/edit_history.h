@@ -4,6 +4,7 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -50,23 +51,19 @@ class EditHistory {
   std::vector<MadeEdit> edits_in_effect() const;
 
  private:
-  // The settings of a force, fix or constraint before an edit. No value if it did not exist.
-  struct ForceBefore {
-    LoadKind kind;
+  // A load or a constraint that did not exist before an edit.
+  struct Added {
+    std::size_t list;
     std::size_t index;
-    std::optional<ForceSettings> force;
   };
+  // The state of a fix before an edit. No value if it did not exist.
   struct FixBefore {
     std::size_t index;
     std::optional<PresentFix> fix;
     Matrix targets_after{};  // targets after the edits of an entry, if the vertices are the same
   };
-  struct ConstraintBefore {
-    std::size_t index;
-    std::optional<ConstraintSettings> constraint;
-  };
-  using Before = std::variant<SetMaterial, SetTime, SetSolver, SetDamping, SetEnvironment,
-                              ForceBefore, FixBefore, ConstraintBefore>;
+  // All other settings are put back by an edit.
+  using Before = std::variant<Edit, Added, FixBefore>;
   // A group of edits that are undone together.
   struct Entry {
     std::string what;
@@ -89,7 +86,7 @@ class EditHistory {
   Edit inverse(const FixBefore& before, bool at_once) const;
   std::optional<Edit> shift_back(const Entry& entry) const;
   void revert(const Entry& entry, const std::string& what, Entry& done, bool all_or_none = true);
-  static bool same_part(const Before& a, const Before& b);
+  static std::pair<std::size_t, std::size_t> part_of(const Before& before);
 
   const Session& session_;
   Apply apply_;
@@ -101,5 +98,12 @@ class EditHistory {
   std::vector<Entry> redo_;
   bool can_continue_ = false;  // whether the last entry contains the last edit
 };
+
+/// The settings that the user has changed and that a run keeps when it is restarted. `made` are the
+/// edits of a session that have not been undone, in their order. Returns the edits that give the same
+/// settings to a session at the start of the same scene. Of several edits of one setting, only the last
+/// one counts. Fixed vertices are fixed at their positions at the start, unless the edit has a target.
+/// Edits of positions and momenta are left out, because they apply to the time at which they were made.
+std::vector<MadeEdit> kept_settings(const std::vector<MadeEdit>& made, const Session& start);
 
 }  // namespace tetraction::viewer

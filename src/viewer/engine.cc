@@ -5,7 +5,6 @@
 #include <limits>
 #include <utility>
 
-#include "edit_check.h"
 #include "event_edits.h"
 #include "tetraction/core/error.h"
 
@@ -27,13 +26,6 @@ bool may_change_limit(const Edit& edit) {
 std::string region_name(const MaterialRegionSettings& region, std::size_t number) {
   if (const auto* group = std::get_if<SelectGroup>(&region.select)) return group->name;
   return fmt::format("region {}", number);
-}
-
-void resolve(std::optional<std::size_t>& index, const std::optional<std::size_t>& newest,
-             const char* what) {
-  if (index != kNewest) return;
-  if (!newest) throw InputError(fmt::format("No {} was added yet.", what));
-  index = newest;
 }
 
 }  // namespace
@@ -65,11 +57,8 @@ Settings Engine::settings() const {
   for (std::size_t i = 0; i < regions.size(); ++i) {
     settings.region_names.push_back(region_name(regions[i], i + 1));
   }
-  settings.damping = session_->damping();
-  settings.environment = session_->environment();
-  settings.time = session_->time_settings();
+  static_cast<ChangeableSections&>(settings) = session_->settings();
   settings.time.step = session_->time_step();
-  settings.solver = session_->solver_settings();
   settings.loads = session_->loads();
   for (std::size_t i = 0; i < session_->fix_count(); ++i) {
     settings.fixes.push_back(session_->fix(i).settings);
@@ -103,28 +92,11 @@ void Engine::require_good_state() const {
 }
 
 void Engine::resolve_newest(Edit& edit) const {
-  if (auto* force = std::get_if<SetForce>(&edit)) resolve(force->index, newest_force_, "force");
-  if (auto* fix = std::get_if<SetFix>(&edit)) resolve(fix->index, newest_fix_, "fix");
-  if (auto* unfix = std::get_if<Unfix>(&edit)) resolve(unfix->fix, newest_fix_, "fix");
-  if (auto* constraint = std::get_if<SetConstraint>(&edit)) {
-    resolve(constraint->index, newest_constraint_, "constraint");
-  }
-  if (auto* removed = std::get_if<RemoveConstraint>(&edit)) {
-    std::optional<std::size_t> index = removed->index;
-    resolve(index, newest_constraint_, "constraint");
-    removed->index = *index;
-  }
-}
-
-void Engine::remember_newest(const Edit& edit, const Counts& before) {
-  const auto* force = std::get_if<SetForce>(&edit);
-  if (force != nullptr && !force->index && force->entry.kind == LoadKind::kForce) {
-    newest_force_ = before.of(LoadKind::kForce);
-  }
-  const auto* fix = std::get_if<SetFix>(&edit);
-  if (fix != nullptr && !fix->index) newest_fix_ = before.fixes;
-  const auto* constraint = std::get_if<SetConstraint>(&edit);
-  if (constraint != nullptr && !constraint->index) newest_constraint_ = before.constraints;
+  const std::optional<EditedEntry> entry = edited_entry(edit);
+  if (!entry || entry->index != kNewest) return;
+  const std::optional<std::size_t> newest = newest_[entry->list];
+  if (!newest) throw InputError("No such load, fix or constraint was added yet.");
+  set_index(edit, *newest);
 }
 
 void Engine::edit(Edit edit, const std::string& what, bool continues_previous) {
@@ -134,10 +106,11 @@ void Engine::edit(Edit edit, const std::string& what, bool continues_previous) {
   if (auto* set = std::get_if<SetTime>(&edit)) {
     set->settings.end = std::numeric_limits<double>::infinity();
   }
-  const Counts before = counts_of(*session_);
+  const ForEachList<std::size_t> before = counts_of(*session_);
   edits_->make(edit, what, continues_previous);
   ++edit_count_;
-  remember_newest(edit, before);
+  const std::optional<EditedEntry> entry = edited_entry(edit);
+  if (entry && entry->adds) newest_[entry->list] = before[entry->list];
 }
 
 void Engine::undo() {
@@ -213,7 +186,7 @@ void Engine::make_due_events() {
     const EventSettings& event = events_[next_event_++];
     const std::string what = fmt::format("event at {:.6g} s", event.at);
     for (const Edit& edit : event.edits) {
-      const Counts before = counts_of(*session_);
+      const ForEachList<std::size_t> before = counts_of(*session_);
       bool refused = true;
       try {
         std::optional<Edit> translated = numbering_.translated(edit);

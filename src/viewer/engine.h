@@ -59,7 +59,6 @@ class Engine {
   void with_drag(const Work& work);
   void report_refused_drag(const std::string& reason);
   void resolve_newest(Edit& edit) const;
-  void remember_newest(const Edit& edit, const Counts& before);
   void report_new_warnings();
 
   const std::vector<EventSettings> events_;
@@ -71,7 +70,7 @@ class Engine {
   bool release_pending_ = false;  // the drag ended in a failed state and must be released later
   Numbering numbering_;
   std::size_t next_event_ = 0;
-  std::optional<std::size_t> newest_force_, newest_fix_, newest_constraint_;
+  ForEachList<std::optional<std::size_t>> newest_;
   std::vector<Notice> notices_;
   std::size_t reported_warnings_ = 0;  // number of warnings that are already notices
   std::vector<EditMark> marks_;

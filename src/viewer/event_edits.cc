@@ -2,12 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <set>
 #include <string>
 
-#include "edit_check.h"
 #include "simulation/scene/setting_keys.h"
 #include "tetraction/core/error.h"
 
@@ -60,7 +60,7 @@ struct Merge {
 
   template <class Section>
   void operator()(SetSection<Section>& edit) const {
-    part(section_of<Section>().name, edit.settings, section_in<Section>(present));
+    part(section_of<Section>().name, edit.settings, present.section<Section>());
   }
   void operator()(SetMaterial& edit) const {
     const auto region = static_cast<std::size_t>(edit.region);
@@ -74,7 +74,40 @@ struct Merge {
   void operator()(Other&) const {}
 };
 
+struct Check {
+  void operator()(SetMaterial&) const {}  // make_material() checks the values
+  void operator()(SetTime& edit) const {
+    TimeSettings time = edit.settings;
+    if (std::isinf(time.end)) time.end = TimeSettings{}.end;  // runs in a window have no end
+    check_settings(time);
+  }
+  void operator()(SetEnvironment& edit) const {
+    check_settings(edit.settings);
+    edit.settings.direction = unit_direction(edit.settings.direction);
+  }
+  template <class Section>
+  void operator()(SetSection<Section>& edit) const {
+    check_settings(edit.settings);
+  }
+  template <class Entry>
+  void operator()(SetEntry<Entry>& edit) const {
+    check_selection(edit.entry.select);
+    check_settings(edit.entry);
+  }
+  void operator()(Unfix& edit) const { check_selection(edit.select); }
+  void operator()(RemoveConstraint&) const {}
+  template <class Change>
+  void operator()(ChangeState<Change>& edit) const {
+    if constexpr (requires { edit.change.select; }) check_selection(edit.change.select);
+    check_settings(edit.change);
+  }
+};
+
 }  // namespace
+
+void check_edit(Edit& edit) {
+  std::visit(Check{}, edit);
+}
 
 Edit with_present_settings(const Edit& edit, const EventSettings& event, const Settings& present) {
   Edit result = edit;

@@ -1,9 +1,15 @@
-// The edits of a scene's events, which must not put back settings that the user has changed.
+// Edits as a scene has them: their values are in the ranges of the documents, and those of events must
+// not put back settings that the user has changed.
 #pragma once
 
 #include "simulation.h"
 
 namespace tetraction::viewer {
+
+/// Checks an edit as the scene reader does, so that every run in the window can be saved as a scene.
+/// Throws InputError for numbers outside the ranges of docs/scene.md, even if a Session would accept
+/// them. Normalises directions.
+void check_edit(Edit& edit);
 
 /// An edit of a section of the scene (material, time, solver, damping, environment) contains all keys of
 /// the section, with the values that the scene alone would have given them. This function returns the

@@ -1,5 +1,4 @@
-#include "kept_settings.h"
-
+// The settings that a run keeps when it is restarted.
 #include <algorithm>
 #include <iterator>
 #include <map>
@@ -7,6 +6,8 @@
 #include <string>
 #include <utility>
 
+#include "edit_history.h"
+#include "numbering.h"
 #include "tetraction/mesh/selection.h"
 
 namespace tetraction::viewer {
@@ -32,23 +33,20 @@ class SettingsCollector {
   std::vector<MadeEdit> edits() const;
 
   // One function for each kind of edit, which stores the resulting settings.
-  void operator()(const SetMaterial& edit) { set({edit.region, 0}, edit); }
+  void operator()(const SetMaterial& edit) { set({Edit(edit).index(), edit.region}, edit); }
   template <class Section>
   void operator()(const SetSection<Section>& edit) {
-    set({static_cast<Index>(Edit(edit).index()), -1}, edit);
+    set({Edit(edit).index(), 0}, edit);
   }
-  void operator()(const SetForce& edit) {
-    SetForce kept = edit;
-    if (*edit.index >= start_.loads().list(edit.entry.kind).size()) kept.index.reset();
-    set({static_cast<Index>(*edit.index), 5 + static_cast<int>(edit.entry.kind)}, kept);
-  }
-  void operator()(const SetConstraint& edit) {
-    SetConstraint kept = edit;
-    if (*edit.index >= start_.constraints().size()) kept.index.reset();
-    set({static_cast<Index>(*edit.index), 10}, kept);
+  template <class Entry>
+  void operator()(const SetEntry<Entry>& edit) {
+    const std::size_t list = list_of(edit.entry);
+    SetEntry<Entry> kept = edit;
+    if (*edit.index >= counts_[list]) kept.index.reset();
+    set(key_of(list, *edit.index), kept);
   }
   void operator()(const RemoveConstraint& edit) {
-    const Key key{static_cast<Index>(edit.index), 10};
+    const Key key = key_of(list_of(ConstraintSettings()), edit.index);
     if (edit.index < start_.constraints().size()) {
       set(key, edit);
     } else {
@@ -73,11 +71,14 @@ class SettingsCollector {
       set_origin(fix);
     }
   }
-  void operator()(const SetMomentum&) const {}
-  void operator()(const ShiftState&) const {}
+  template <class Change>
+  void operator()(const ChangeState<Change>&) const {}
 
  private:
-  using Key = std::pair<Index, int>;  // index of an entry, kind of the entry
+  using Key = std::pair<std::size_t, Index>;  // kind of the setting, number of the entry or region
+  static Key key_of(std::size_t list, std::size_t index) {
+    return {std::variant_size_v<Edit> + list, static_cast<Index>(index)};
+  }
   struct Origin {
     int order = 0;  // number of the last edit of this setting; 0 if there was none
     int entry = 0;  // number of the group of edits that are undone together
@@ -110,6 +111,7 @@ class SettingsCollector {
 
   const Session& start_;
   const TetMesh& mesh_;
+  const ForEachList<std::size_t> counts_ = counts_of(start_);
   std::map<Key, Setting> settings_;
   std::map<std::size_t, Fix> fixes_;
   int order_ = 0;

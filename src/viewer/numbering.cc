@@ -1,72 +1,78 @@
 #include "numbering.h"
 
+#include <type_traits>
+#include <variant>
+
 namespace tetraction::viewer {
 namespace {
 
-std::vector<std::optional<std::size_t>> initial_numbers(std::size_t count) {
-  std::vector<std::optional<std::size_t>> numbers;
-  for (std::size_t i = 0; i < count; ++i) numbers.emplace_back(i);
-  return numbers;
-}
-
-std::optional<std::size_t> number_of_entry(const std::vector<std::optional<std::size_t>>& numbers,
-                                           std::size_t number) {
-  return number < numbers.size() ? numbers[number] : std::nullopt;
+ForEachList<std::size_t> counts_with(const LoadLists& loads, std::size_t fixes,
+                                     std::size_t constraints) {
+  ForEachList<std::size_t> counts{};
+  for (const LoadKind kind : values_of<LoadKind>()) {
+    counts[static_cast<std::size_t>(kind)] = loads.list(kind).size();
+  }
+  counts[list_of(FixSettings())] = fixes;
+  counts[list_of(ConstraintSettings())] = constraints;
+  return counts;
 }
 
 }  // namespace
 
-Counts counts_of(const Session& session) {
-  Counts counts{{}, session.fix_count(), session.constraints().size()};
-  for (const LoadKind kind : values_of<LoadKind>())
-    counts.of(kind) = session.loads().list(kind).size();
-  return counts;
+std::optional<EditedEntry> edited_entry(const Edit& edit) {
+  return std::visit(
+      []<class Kind>(const Kind& kind) -> std::optional<EditedEntry> {
+        if constexpr (kSetsEntry<Kind>) {
+          return EditedEntry{list_of(kind.entry), kind.index, !kind.index};
+        } else if constexpr (std::is_same_v<Kind, Unfix>) {
+          return EditedEntry{list_of(FixSettings()), kind.fix};
+        } else if constexpr (std::is_same_v<Kind, RemoveConstraint>) {
+          return EditedEntry{list_of(ConstraintSettings()), kind.index};
+        } else {
+          return std::nullopt;
+        }
+      },
+      edit);
 }
 
-Numbering::Numbering(const Scene& scene)
-    : fixes_(initial_numbers(scene.fix.size())),
-      constraints_(initial_numbers(scene.constraint.size())) {
-  for (const LoadKind kind : values_of<LoadKind>()) {
-    numbers_of(kind) = initial_numbers(scene.list(kind).size());
+void set_index(Edit& edit, std::size_t index) {
+  std::visit(
+      [index]<class Kind>(Kind& kind) {
+        if constexpr (kSetsEntry<Kind> || std::is_same_v<Kind, RemoveConstraint>) {
+          kind.index = index;
+        } else if constexpr (std::is_same_v<Kind, Unfix>) {
+          kind.fix = index;
+        }
+      },
+      edit);
+}
+
+ForEachList<std::size_t> counts_of(const Session& session) {
+  return counts_with(session.loads(), session.fix_count(), session.constraints().size());
+}
+
+Numbering::Numbering(const Scene& scene) {
+  const auto counts = counts_with(scene, scene.fix.size(), scene.constraint.size());
+  for (std::size_t list = 0; list < kEntryLists; ++list) {
+    for (std::size_t i = 0; i < counts[list]; ++i) numbers_[list].emplace_back(i);
   }
 }
 
 std::optional<Edit> Numbering::translated(const Edit& edit) const {
+  const std::optional<EditedEntry> entry = edited_entry(edit);
+  if (!entry || !entry->index) return edit;
+  const auto& numbers = numbers_[entry->list];
+  if (*entry->index >= numbers.size() || !numbers[*entry->index]) return std::nullopt;
   Edit result = edit;
-  // Replaces `number`. Returns false if the entry does not exist.
-  const auto translate = [](const auto& numbers, std::optional<std::size_t>& number) {
-    if (!number) return true;
-    number = number_of_entry(numbers, *number);
-    return number.has_value();
-  };
-  bool known = true;
-  if (auto* set = std::get_if<SetForce>(&result)) {
-    known = translate(numbers_of(set->entry.kind), set->index);
-  }
-  if (auto* fix = std::get_if<SetFix>(&result)) known = translate(fixes_, fix->index);
-  if (auto* unfix = std::get_if<Unfix>(&result)) known = translate(fixes_, unfix->fix);
-  if (auto* set = std::get_if<SetConstraint>(&result)) known = translate(constraints_, set->index);
-  if (auto* removed = std::get_if<RemoveConstraint>(&result)) {
-    std::optional<std::size_t> number = removed->index;
-    known = translate(constraints_, number);
-    removed->index = number.value_or(0);
-  }
-  return known ? std::optional(result) : std::nullopt;
+  set_index(result, *numbers[*entry->index]);
+  return result;
 }
 
-void Numbering::record_edit(const Edit& edit, const Counts& counts, bool refused) {
-  const auto add = [refused](auto& numbers, std::size_t count) {
-    numbers.push_back(refused ? std::nullopt : std::optional(count));
-  };
-  if (const auto* set = std::get_if<SetForce>(&edit); set != nullptr && !set->index) {
-    add(numbers_of(set->entry.kind), counts.of(set->entry.kind));
-  }
-  if (const auto* fix = std::get_if<SetFix>(&edit); fix != nullptr && !fix->index) {
-    add(fixes_, counts.fixes);
-  }
-  if (const auto* set = std::get_if<SetConstraint>(&edit); set != nullptr && !set->index) {
-    add(constraints_, counts.constraints);
-  }
+void Numbering::record_edit(const Edit& edit, const ForEachList<std::size_t>& counts,
+                            bool refused) {
+  const std::optional<EditedEntry> entry = edited_entry(edit);
+  if (!entry || !entry->adds) return;
+  numbers_[entry->list].push_back(refused ? std::nullopt : std::optional(counts[entry->list]));
 }
 
 }  // namespace tetraction::viewer

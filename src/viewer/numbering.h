@@ -1,5 +1,5 @@
-// Translates the indices of loads, fixes and constraints in the events of a scene. The user may have
-// added entries, so that entries of later events have other indices than in the scene.
+// The lists of loads, fixes and constraints, to which edits add entries. The user may have added some,
+// so that entries of later events have other numbers than in the scene.
 #pragma once
 
 #include <array>
@@ -10,17 +10,36 @@
 
 namespace tetraction::viewer {
 
-/// The number of entries of each kind that a body has.
-struct Counts {
-  std::array<std::size_t, 5> loads{};  ///< of each kind of load
+inline constexpr std::size_t kLoadKinds = EnumNames<LoadKind>::names.size();
+/// The loads of each kind, the fixes, and the constraints.
+inline constexpr std::size_t kEntryLists = kLoadKinds + 2;
+template <class Value>
+using ForEachList = std::array<Value, kEntryLists>;
 
-  std::size_t& of(LoadKind kind) { return loads[static_cast<std::size_t>(kind)]; }
-  std::size_t of(LoadKind kind) const { return loads[static_cast<std::size_t>(kind)]; }
-  std::size_t fixes = 0;
-  std::size_t constraints = 0;
+/// The number of a list.
+inline std::size_t list_of(const ForceSettings& load) {
+  return static_cast<std::size_t>(load.kind);
+}
+inline std::size_t list_of(const FixSettings&) {
+  return kLoadKinds;
+}
+inline std::size_t list_of(const ConstraintSettings&) {
+  return kLoadKinds + 1;
+}
+
+/// The list that an edit changes, and the entry.
+struct EditedEntry {
+  std::size_t list = 0;
+  std::optional<std::size_t> index;  ///< none if the edit adds one, or is for all of them
+  bool adds = false;
 };
+/// No value if the edit changes no entry of a list.
+std::optional<EditedEntry> edited_entry(const Edit& edit);
+/// Sets the number of the entry that an edit changes.
+void set_index(Edit& edit, std::size_t index);
 
-Counts counts_of(const Session& session);
+/// The number of entries that a body has.
+ForEachList<std::size_t> counts_of(const Session& session);
 
 /// Maps the indices in a scene's events to the actual indices of the entries.
 class Numbering {
@@ -32,18 +51,11 @@ class Numbering {
   std::optional<Edit> translated(const Edit& edit) const;
   /// Must be called for every edit of an event, with the untranslated indices, after it was made or
   /// `refused`. The counts are those before the edit.
-  void record_edit(const Edit& edit, const Counts& counts, bool refused);
+  void record_edit(const Edit& edit, const ForEachList<std::size_t>& counts, bool refused);
 
  private:
-  using EntryNumbers = std::vector<std::optional<std::size_t>>;
-  EntryNumbers& numbers_of(LoadKind kind) { return loads_[static_cast<std::size_t>(kind)]; }
-  const EntryNumbers& numbers_of(LoadKind kind) const {
-    return loads_[static_cast<std::size_t>(kind)];
-  }
-
-  std::array<EntryNumbers, 5> loads_;  // of each kind of load
-  EntryNumbers fixes_;
-  EntryNumbers constraints_;
+  // No value for an entry whose edit was refused.
+  ForEachList<std::vector<std::optional<std::size_t>>> numbers_;
 };
 
 }  // namespace tetraction::viewer

@@ -17,7 +17,7 @@ struct ApplyToSections {
   }
   template <class Section>
   void operator()(const SetSection<Section>& edit) const {
-    section_in<Section>(settings) = edit.settings;
+    settings.section<Section>() = edit.settings;
   }
   template <class Other>
   void operator()(const Other&) const {}
@@ -102,21 +102,18 @@ void Recording::set_ends(Scene& scene) const {
 // The settings of the sections after all edits so far.
 Settings Recording::present_settings() const {
   Settings present;
+  static_cast<ChangeableSections&>(present) = start_;
   present.materials.push_back(start_.material);
   for (const MaterialRegionSettings& region : start_.material_region) {
     present.materials.push_back(region.material);
   }
-  present.time = start_.time;
-  present.solver = start_.solver;
-  present.damping = start_.damping;
-  present.environment = start_.environment;
   for (const Entry& entry : entries_) std::visit(ApplyToSections{present}, entry.edit);
   return present;
 }
 
 void Recording::add_events_to_come(Scene& scene) const {
   Numbering numbering = numbering_;
-  Counts counts = counts_;
+  ForEachList<std::size_t> counts = counts_;
   Settings present = present_settings();
   for (std::size_t i = events_made_; i < start_.event.size(); ++i) {
     EventSettings event = start_.event[i];
@@ -128,13 +125,8 @@ void Recording::add_events_to_come(Scene& scene) const {
         translated = with_present_settings(*translated, start_.event[i], present);
       }
       numbering.record_edit(edit, counts, false);
-      if (const auto* set = std::get_if<SetForce>(&edit)) {
-        counts.of(set->entry.kind) += set->index ? 0 : 1;
-      }
-      if (const auto* fix = std::get_if<SetFix>(&edit)) counts.fixes += fix->index ? 0 : 1;
-      if (const auto* set = std::get_if<SetConstraint>(&edit)) {
-        counts.constraints += set->index ? 0 : 1;
-      }
+      const std::optional<EditedEntry> entry = edited_entry(edit);
+      if (entry && entry->adds) ++counts[entry->list];
       if (translated) {
         std::visit(ApplyToSections{present}, *translated);
         event.edits.push_back(*translated);

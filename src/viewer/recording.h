@@ -49,7 +49,7 @@ class Recording {
   Index step_ = 0;
   double time_ = 0.0;
   double first_time_step_ = 0.0;
-  Counts counts_;
+  ForEachList<std::size_t> counts_{};
   std::size_t events_made_ = 0;
   Numbering numbering_;
 };

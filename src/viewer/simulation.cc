@@ -30,22 +30,22 @@ const Scene& Simulation::scene() const {
 }
 
 void Simulation::run() {
-  impl_->send(Run{});
+  impl_->send(Action{&SolverThread::run});
 }
 void Simulation::pause() {
-  impl_->send(Pause{});
+  impl_->send(Action{&SolverThread::pause});
 }
 void Simulation::step() {
-  impl_->send(Step{});
+  impl_->send(Action{&SolverThread::step_once});
 }
 void Simulation::restart() {
-  impl_->send(Restart{});
+  impl_->send(Action{&SolverThread::restart});
 }
 void Simulation::reset() {
-  impl_->send(Reset{});
+  impl_->send(Action{&SolverThread::reset});
 }
 void Simulation::go_back() {
-  impl_->send(GoBack{});
+  impl_->send(Action{&SolverThread::go_back});
 }
 
 void Simulation::set_steps_per_snapshot(int steps) {
@@ -59,26 +59,28 @@ void Simulation::set_speed_limit(double real_time_factor) {
 
 void Simulation::set_color_field(ColorField field) {
   impl_->lock()->field = field;
-  impl_->send(NewSnapshot{});
+  impl_->send(Action{[](SolverThread&) {}});
 }
 
 void Simulation::edit(Edit edit, std::string what, bool continues_previous) {
   impl_->send(MakeEdit{std::move(edit), std::move(what), continues_previous});
 }
 void Simulation::grab(std::vector<Index> vertices) {
-  impl_->send(Grab{std::move(vertices)});
+  impl_->send(Action{
+      [vertices = std::move(vertices)](SolverThread& solver) { solver.engine().grab(vertices); },
+      true});
 }
 void Simulation::drag_to(const Vector3& position) {
   impl_->send(DragTo{position});
 }
 void Simulation::release() {
-  impl_->send(Release{});
+  impl_->send(Action{[](SolverThread& solver) { solver.engine().release(); }});
 }
 void Simulation::undo() {
-  impl_->send(Undo{});
+  impl_->send(Action{[](SolverThread& solver) { solver.engine().undo(); }, true});
 }
 void Simulation::redo() {
-  impl_->send(Redo{});
+  impl_->send(Action{[](SolverThread& solver) { solver.engine().redo(); }, true});
 }
 
 void Simulation::observe(std::unique_ptr<Observer> observer) {

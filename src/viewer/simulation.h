@@ -19,16 +19,12 @@ class Observer;
 namespace tetraction::viewer {
 
 /// The present settings, which the window shows.
-struct Settings {
+struct Settings : ChangeableSections {
+  // `time.step` is the present time step, also if it is automatic. `time.end` is infinite.
   std::vector<MaterialSettings> materials;  ///< per region
   std::vector<LameRange> moduli;  ///< per region: the small-strain parameters of its elements
   double mean_density = 0.0;      ///< of the whole body, kg/m³
   std::vector<std::string> region_names;
-  Damping damping;
-  EnvironmentSettings environment;
-  /// `step` is the present time step, also if it is automatic. `end` is infinite.
-  TimeSettings time;
-  SolverSettings solver;
   LoadLists loads;
   std::vector<FixSettings> fixes;  ///< with those that have been released
 };

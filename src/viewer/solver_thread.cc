@@ -6,7 +6,6 @@
 #include <iterator>
 #include <utility>
 
-#include "kept_settings.h"
 #include "snapshot_maker.h"
 #include "tetraction/core/error.h"
 #include "tetraction/core/interruption.h"
@@ -37,8 +36,8 @@ class Raised {
 };
 
 bool is_edit(const Command& command) {
-  return std::holds_alternative<MakeEdit>(command) || std::holds_alternative<Grab>(command) ||
-         std::holds_alternative<Undo>(command) || std::holds_alternative<Redo>(command);
+  const auto* action = std::get_if<Action>(&command);
+  return action != nullptr ? action->is_edit : std::holds_alternative<MakeEdit>(command);
 }
 
 }  // namespace
@@ -183,7 +182,7 @@ void SolverThread::estimate_limit() {
   limit_cost_ = Seconds(Clock::now() - start).count();
 }
 
-void SolverThread::halt() {
+void SolverThread::pause() {
   shared_.lock()->running = false;
 }
 
@@ -259,23 +258,19 @@ void SolverThread::execute(Observe& observe) {
   });
 }
 
-void SolverThread::execute(const Run&) {
+void SolverThread::run() {
   engine_->require_good_state();
   speed_limiter_.restart(session().time());
   shared_.lock()->running = true;
 }
 
-void SolverThread::execute(const Pause&) {
-  halt();
-}
-
-void SolverThread::execute(const Step&) {
-  halt();
+void SolverThread::step_once() {
+  pause();
   step();
 }
 
-void SolverThread::execute(const Restart&) {
-  halt();
+void SolverThread::restart() {
+  pause();
   end_observation();
   engine_->release();
   engine_->go_back();  // ends a drag that could not be released in the failed state
@@ -289,21 +284,17 @@ void SolverThread::execute(const Restart&) {
   engine_->take_edit_count();  // the user has made them before
 }
 
-void SolverThread::execute(const Reset&) {
-  halt();
+void SolverThread::reset() {
+  pause();
   end_observation();
   engine_ = std::make_unique<Engine>(scene_, mesh_, recording_);
   begin();
 }
 
-void SolverThread::execute(const GoBack&) {
-  halt();
+void SolverThread::go_back() {
+  pause();
   engine_->go_back();
   shared_.lock()->history.go_back_to(session().step_number());
-}
-
-void SolverThread::execute(const Grab& grab) {
-  engine_->grab(grab.vertices);
 }
 
 void SolverThread::execute(const DragTo& drag) {
@@ -313,20 +304,6 @@ void SolverThread::execute(const DragTo& drag) {
   const bool running = shared_.lock()->running;
   engine_->drag_to(drag.position, running ? kDragDelay * (factor > 0.0 ? factor : 1.0) : 0.0);
 }
-
-void SolverThread::execute(const Release&) {
-  engine_->release();
-}
-
-void SolverThread::execute(const Undo&) {
-  engine_->undo();
-}
-
-void SolverThread::execute(const Redo&) {
-  engine_->redo();
-}
-
-void SolverThread::execute(const NewSnapshot&) {}
 
 void SolverThread::execute(MakeEdit& edit) {
   engine_->edit(std::move(edit.edit), edit.what, edit.continues_previous);
@@ -347,7 +324,7 @@ void SolverThread::report_failure_of(const Work& work) {
   } catch (const std::exception& error) {
     notice = {Notice::Kind::kWarning,
               fmt::format("The solver stopped: {}. Reset, or open the scene again.", error.what())};
-    halt();
+    pause();
   }
   shared_.lock()->notices.push_back(std::move(notice));
 }

@@ -4,6 +4,7 @@
 #include <atomic>
 #include <condition_variable>
 #include <deque>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -19,23 +20,16 @@
 
 namespace tetraction::viewer {
 
+class SolverThread;
+
 // Commands from the window.
-struct Run {};
-struct Pause {};
-struct Step {};
-struct Restart {};
-struct Reset {};
-struct GoBack {};
-struct Grab {
-  std::vector<Index> vertices;
+struct Action {
+  std::function<void(SolverThread&)> act;
+  bool is_edit = false;
 };
 struct DragTo {
   Vector3 position;
 };
-struct Release {};
-struct Undo {};
-struct Redo {};
-struct NewSnapshot {};
 struct Observe {
   std::unique_ptr<Observer> observer;  // null ends the present observation
 };
@@ -44,8 +38,7 @@ struct MakeEdit {
   std::string what;
   bool continues_previous = false;
 };
-using Command = std::variant<Run, Pause, Step, Restart, Reset, GoBack, Grab, DragTo, Release, Undo,
-                             Redo, NewSnapshot, Observe, MakeEdit>;
+using Command = std::variant<Action, DragTo, Observe, MakeEdit>;
 
 /// Data that the window's thread and the solver's thread share. No computation is made while the lock
 /// is held.
@@ -98,6 +91,15 @@ class SolverThread {
   void wake() { wake_.notify_one(); }
   bool wait_until_idle(double seconds);
 
+  // For actions, in the solver's thread. They do what the functions of Simulation say.
+  Engine& engine() { return *engine_; }
+  void run();
+  void pause();
+  void step_once();
+  void restart();
+  void reset();
+  void go_back();
+
  private:
   struct Task {
     enum class Kind { kNone, kCommand, kPublish, kStep, kEstimateLimit } kind = Kind::kNone;
@@ -109,23 +111,12 @@ class SolverThread {
   void publish_edit_results();
   void publish();
   void estimate_limit();
-  void halt();
   void step();
   template <class Call>
   void notify_observer(const Call& call);
   void end_observation();
-  void execute(const Run&);
-  void execute(const Pause&);
-  void execute(const Step&);
-  void execute(const Restart&);
-  void execute(const Reset&);
-  void execute(const GoBack&);
-  void execute(const Grab&);
+  void execute(const Action& action) { action.act(*this); }
   void execute(const DragTo&);
-  void execute(const Release&);
-  void execute(const Undo&);
-  void execute(const Redo&);
-  void execute(const NewSnapshot&);
   void execute(Observe& observe);
   void execute(MakeEdit& edit);
   template <class Work>

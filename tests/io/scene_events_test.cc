@@ -187,7 +187,7 @@ TEST_F(SceneReader, EventsTakeOneTableOrAList) {
   const std::string momentum = "{ select = { nearest = [0, 0, 0] }, value = [0, 0, 3] }";
   const auto kick = edits_of<SetMomentum>(read(event + "momentum = " + momentum).event[0]);
   ASSERT_EQ(kick.size(), 1U);
-  EXPECT_EQ(kick[0].momentum.value, Vector3(0, 0, 3));
+  EXPECT_EQ(kick[0].change.value, Vector3(0, 0, 3));
   EXPECT_EQ(edits_of<SetMomentum>(
                 read(event + "momentum = [" + momentum + ", " + momentum + "]\n").event[0])
                 .size(),
@@ -510,7 +510,7 @@ shift = [{ vertices = [0], impulse = [[1, 2, 3]] }, { vertices = [1], impulse = 
   EXPECT_EQ(fix.entry.select, Selection(SelectVertices{{2}}));
   EXPECT_EQ(edits_of<Unfix>(event).at(0).fix, 0U);
   EXPECT_EQ(edits_of<RemoveConstraint>(event).at(0).index, 0U);
-  const ShiftSettings shift = edits_of<ShiftState>(event).at(0).shift;
+  const ShiftSettings shift = edits_of<ShiftState>(event).at(0).change;
   EXPECT_EQ(shift.vertices, (std::vector<std::int64_t>{1, 2}));
   EXPECT_EQ(shift.displacement.at(1), Vector3::UnitY());
   EXPECT_TRUE(shift.impulse.empty());

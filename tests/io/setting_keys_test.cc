@@ -173,7 +173,7 @@ std::vector<Base> bases_of(const SceneSection& section) {
         });
   } else if (name == "shift") {
     bases.add(
-        "event.0.shift", [](Scene& s) { return &std::get<ShiftState>(s.event[0].edits[0]).shift; },
+        "event.0.shift", [](Scene& s) { return &std::get<ShiftState>(s.event[0].edits[0]).change; },
         [](Scene& s) {
           ShiftSettings shift;
           shift.vertices = {2, 7};

@@ -84,6 +84,12 @@ TEST(ForceTerms, AreRefusedWithNamesThatCannotBeColumns) {
   EXPECT_THROW(system.add_force_term(std::make_shared<WithoutAccount>()), InputError);
   system.add_force_term(std::make_shared<Named>("floor_2"));
   EXPECT_THROW(system.add_force_term(std::make_shared<Named>("floor_2")), InputError);
+  const ForceTerm* first = system.force_terms().back();
+  const std::size_t count = system.force_terms().size();
+  system.set_force_term(std::make_shared<Named>("floor_2"));
+  EXPECT_EQ(system.force_terms().size(), count);
+  EXPECT_NE(system.force_terms().back(), first);
+  EXPECT_THROW(system.set_force_term(nullptr), InputError);
   EXPECT_EQ(system.force_terms().back()->name(), "floor_2");
 }
 

@@ -6,6 +6,7 @@
 #include <limits>
 #include <memory>
 #include <stdexcept>
+#include <string>
 #include <utility>
 
 #include "support/bodies.h"
@@ -280,6 +281,58 @@ TEST(Edits, FromABuiltInToACustomMaterialTakeAnotherSolver) {
     EXPECT_LT((by_default.state().position - by_factor.state().position).norm(),
               1e-7 * moved.norm());
   }
+}
+
+// The energy of the Gent model is defined only while Ī₁ − 3 is below its parameter jm.
+TEST(Edits, ThatTakeAMaterialBeyondItsLimitAreRefused) {
+  Scene scene;
+  scene.mesh.generate = GeneratorSettings{GeneratorKind::kTetrahedron, {1.0, 1.0, 1.0}, {1, 1, 1}};
+  scene.material = elastic(1e5, 0.3, 1000.0, "gent");
+  set_number(scene.material, "jm", 5.0);
+  scene.initial.stretch = {1.5, 1.0, 1.0};  // Ī₁ − 3 = (1.5² + 2)/1.5^(2/3) − 3 = 0.243
+  scene.time = {Integrator::kMidpoint, 1e-4, false, 1e-3};
+  const TetMesh mesh = mesh_of(scene);
+  SetMaterial shorter{0, scene.material};
+  set_number(shorter.material, "jm", 0.2);
+  // The height above the opposite face becomes ten times as large, and so does the volume: Ī₁ is at
+  // least 10²/15^(2/3) = 16.4.
+  ShiftState longer;
+  longer.change.vertices = {mesh.vertex_id(0)};
+  longer.change.displacement = {
+      9.0 * Vector3(1.5, 1.0, 1.0)
+                .cwiseProduct(Vector3(mesh.vertices[0]) -
+                              (mesh.vertices[1] + mesh.vertices[2] + mesh.vertices[3]) / 3.0)};
+  const std::string told = "stretches element " + std::to_string(mesh.tetrahedron_id(0)) +
+                           " beyond the limit of its material";
+  for (const NamedEdit& edit : {NamedEdit{"jm", shorter}, NamedEdit{"shift", longer}}) {
+    SCOPED_TRACE(edit.name);
+    Session session(scene, mesh);
+    const Vector start = session.state().position;
+    try {
+      session.apply(edit.edit);
+      ADD_FAILURE() << "it was made";
+    } catch (const InputError& error) {
+      EXPECT_NE(std::string(error.what()).find(told), std::string::npos) << error.what();
+    }
+    EXPECT_EQ(session.state().position, start);
+    EXPECT_EQ(number_of(session.materials()[0], "jm"), 5.0);
+    EXPECT_TRUE(session.step()) << session.message();
+
+    // The same as an event of the scene.
+    Scene with_event = scene;
+    with_event.event.resize(1);
+    with_event.event[0].edits = {edit.edit};
+    Session run(with_event, mesh);
+    EXPECT_FALSE(run.step());
+    EXPECT_EQ(run.status(), RunStatus::kNotConverged);
+    EXPECT_NE(run.message().find(told), std::string::npos) << run.message();
+    EXPECT_EQ(run.state().position, start);
+  }
+  // A little less is allowed.
+  Session session(scene, mesh);
+  set_number(shorter.material, "jm", 0.3);
+  session.apply(shorter);
+  EXPECT_TRUE(session.step()) << session.message();
 }
 
 // A mesh on the caller's arrays has no list of ids: they count from 0.

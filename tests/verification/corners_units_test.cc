@@ -29,8 +29,8 @@ TEST_P(AnyRule, AFastBodyVibratesLikeOneAtRest) {
     scene.time = {GetParam().integrator, 1e-3, false, 0.05};
     Session session(scene, mesh_of(scene));
     ShiftState blow;
-    blow.shift.vertices = {0};
-    blow.shift.impulse = {{0.0, 0.01, 0.0}};
+    blow.change.vertices = {0};
+    blow.change.impulse = {{0.0, 0.01, 0.0}};
     session.apply(blow);
     EXPECT_EQ(session.run(), RunStatus::kFinished) << session.message();
     return session.balance().energies().elastic();

@@ -188,8 +188,8 @@ class DampedBeam {
     for (Index v = 0; v < mesh_.vertex_count(); ++v) {
       if (session.system().coordinates().is_fully_prescribed(v)) continue;
       SetMomentum kick;
-      kick.momentum.select = SelectVertices{{v}};
-      kick.momentum.value = speed * momentum.segment<3>(3 * v);
+      kick.change.select = SelectVertices{{v}};
+      kick.change.value = speed * momentum.segment<3>(3 * v);
       session.apply(kick);
     }
     const Vector rest = mesh_.rest_positions();

@@ -53,6 +53,8 @@ class MechanicalSystem : public Body {
   /// digits and underscores, or that another term or energy has, and for a potential without an
   /// account.
   void add_force_term(std::shared_ptr<const ForceTerm> term);
+  /// The same, but takes the place of an added term with the same name, if there is one.
+  void set_force_term(std::shared_ptr<const ForceTerm> term);
   /// Everything that acts on the body besides elasticity and viscosity: environment, damping of
   /// single vertices, penalty springs, external forces, pressure, and the terms that were added, in
   /// this order.

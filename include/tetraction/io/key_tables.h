@@ -9,6 +9,16 @@ namespace tetraction {
 /// The sections whose keys have a table: "mesh", "time", …, "select.plane".
 std::vector<std::string> key_table_names();
 
+/// A section of a scene.
+struct SectionDescription {
+  std::string name;
+  bool is_list = false;     ///< whether a scene may have several: [[fix]]
+  bool may_change = false;  ///< whether edits may change it
+};
+
+/// The sections of a scene, without events and named selections, in the order of summary.json.
+std::vector<SectionDescription> section_descriptions();
+
 /// What there is to say of a key of a section.
 struct KeyDescription {
   std::string name;

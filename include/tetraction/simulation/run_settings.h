@@ -2,7 +2,6 @@
 #pragma once
 
 #include <optional>
-#include <type_traits>
 #include <variant>
 #include <vector>
 
@@ -26,29 +25,10 @@ struct BodyConstraints {
 };
 
 /// All settings that edits may change.
-struct RunSettings {
-  TimeSettings time;
-  SolverSettings solver;
+struct RunSettings : ChangeableSections {
   std::vector<MaterialSettings> materials;  ///< one for each region
-  EnvironmentSettings environment;
-  Damping damping;
   LoadLists loads;
   BodyConstraints constraints;
 };
-
-/// The settings of a type in a scene, in the settings of a run or in any other class with members of these names.
-template <class Section, class Holder>
-auto& section_in(Holder& holder) {
-  if constexpr (std::is_same_v<Section, TimeSettings>) {
-    return (holder.time);
-  } else if constexpr (std::is_same_v<Section, SolverSettings>) {
-    return (holder.solver);
-  } else if constexpr (std::is_same_v<Section, Damping>) {
-    return (holder.damping);
-  } else {
-    static_assert(std::is_same_v<Section, EnvironmentSettings>);
-    return (holder.environment);
-  }
-}
 
 }  // namespace tetraction

@@ -9,6 +9,8 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <tuple>
+#include <type_traits>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -307,6 +309,34 @@ struct InitialSettings {
   std::map<std::string, std::string> places{};
 };
 
+/// The sections that an edit replaces as a whole. Everything that concerns all of them, from the
+/// scene's reader to the window, takes them from members().
+struct ChangeableSections {
+  TimeSettings time;
+  SolverSettings solver;
+  Damping damping;
+  EnvironmentSettings environment;
+
+  /// Their places in the order of the scene file.
+  static constexpr auto members() {
+    using S = ChangeableSections;
+    return std::tuple(&S::time, &S::solver, &S::damping, &S::environment);
+  }
+  /// The section with settings of a type.
+  template <class Section>
+  const Section& section() const {
+    return std::apply(
+        [this](auto... member) -> const Section& {
+          return std::get<const Section&>(std::tie(this->*member...));
+        },
+        members());
+  }
+  template <class Section>
+  Section& section() {
+    return const_cast<Section&>(std::as_const(*this).section<Section>());
+  }
+};
+
 // The kinds of edits, which are made between two steps.
 struct SetMaterial {
   Index region = 0;  ///< 0: [material]; i: the i-th [[material_region]]
@@ -342,20 +372,33 @@ struct Unfix {
 struct RemoveConstraint {
   std::size_t index = 0;
 };
-/// Sets momenta, and then removes the parts of them that the constraints do not allow.
-struct SetMomentum {
-  MomentumSettings momentum;
+/// Changes positions and momenta as the settings say, and then removes the parts that the constraints
+/// do not allow. The settings stay.
+template <class Change>
+struct ChangeState {
+  Change change;
 };
-/// Moves vertices and gives them impulses, then removes the parts that the constraints do not
-/// allow.
-struct ShiftState {
-  ShiftSettings shift;
-};
+using SetMomentum = ChangeState<MomentumSettings>;
+using ShiftState = ChangeState<ShiftSettings>;
 
 /// One change between two steps. The density cannot be changed: this would create mass, and with it
 /// momentum.
 using Edit = std::variant<SetMaterial, SetTime, SetSolver, SetDamping, SetEnvironment, SetForce,
                           SetFix, Unfix, SetConstraint, RemoveConstraint, SetMomentum, ShiftState>;
+
+/// Whether a kind of edit is a SetSection, a SetEntry or a ChangeState.
+template <class Kind>
+inline constexpr bool kSetsSection = false;
+template <class Section>
+inline constexpr bool kSetsSection<SetSection<Section>> = true;
+template <class Kind>
+inline constexpr bool kSetsEntry = false;
+template <class Entry>
+inline constexpr bool kSetsEntry<SetEntry<Entry>> = true;
+template <class Kind>
+inline constexpr bool kChangesState = false;
+template <class Change>
+inline constexpr bool kChangesState<ChangeState<Change>> = true;
 
 /// Edits that a scene makes during its run.
 struct EventSettings {
@@ -412,16 +455,12 @@ struct NamedSelection {
   Selection select = SelectAll{};
 };
 
-struct Scene : LoadLists {
+struct Scene : LoadLists, ChangeableSections {
   std::string path;  ///< path of the scene file, for messages; empty if a program made the scene
   std::string echo;  ///< the scene as JSON text, with overrides applied, for summary.json
   MeshSettings mesh;
   MaterialSettings material;
   std::vector<MaterialRegionSettings> material_region;
-  TimeSettings time;
-  SolverSettings solver;
-  Damping damping;
-  EnvironmentSettings environment;
   std::vector<FixSettings> fix;
   std::vector<ConstraintSettings> constraint;
   /// Further terms that act on the body, see MechanicalSystem::add_force_term(). Only a program can

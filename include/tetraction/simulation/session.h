@@ -140,22 +140,24 @@ class Session {
   /// All present settings that edits may change.
   const RunSettings& settings() const;
   /// The present integrator, step and end.
-  const TimeSettings& time_settings() const;
+  const TimeSettings& time_settings() const { return settings().time; }
   /// The present solver of implicit steps.
-  const SolverSettings& solver_settings() const;
+  const SolverSettings& solver_settings() const { return settings().solver; }
   /// The present materials, one for each region.
-  const std::vector<MaterialSettings>& materials() const;
-  const Damping& damping() const;
-  const EnvironmentSettings& environment() const;
+  const std::vector<MaterialSettings>& materials() const { return settings().materials; }
+  const Damping& damping() const { return settings().damping; }
+  const EnvironmentSettings& environment() const { return settings().environment; }
   /// The [[force]] loads by their numbers. Those that edits have added are at the end.
-  const std::vector<ForceSettings>& forces() const;
+  const std::vector<ForceSettings>& forces() const { return loads().force; }
   /// The loads of all kinds by their numbers.
-  const LoadLists& loads() const;
-  std::size_t fix_count() const;
+  const LoadLists& loads() const { return settings().loads; }
+  std::size_t fix_count() const { return settings().constraints.fixes.size(); }
   PresentFix fix(std::size_t i) const;
   /// The constraints by their numbers. If the length of a distance was not given, the settings hold
   /// the length that it keeps. Removed constraints are null.
-  const std::vector<std::optional<ConstraintSettings>>& constraints() const;
+  const std::vector<std::optional<ConstraintSettings>>& constraints() const {
+    return settings().constraints.other_settings;
+  }
   const MechanicalSystem& system() const;
   /// The present state. The addresses of this object and of its positions, momenta and velocities
   /// stay the same as long as the session lives, whatever happens, so that others may look at them.

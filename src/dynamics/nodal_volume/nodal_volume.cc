@@ -5,13 +5,8 @@
 #include "fem/kernels/volume_kernels.h"
 #include "nodal_volume_impl.h"
 #include "six_volume.h"
-#include "tetraction/dynamics/nodal_volume/volume_rule.h"
 
 namespace tetraction {
-
-const char* to_string(VolumeRule rule) {
-  return rule == VolumeRule::kNodal ? "nodal" : "element";
-}
 
 NodalVolume::Impl::Impl(const ElasticPotential& in_elements,
                         const std::vector<MaterialField>& whole)

@@ -1,12 +1,10 @@
-#include "event_writer.h"
-
+// Writes [[event]].
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <optional>
 #include <tuple>
 
-#include "tetraction/simulation/run_settings.h"
 #include "written_keys.h"
 
 namespace tetraction {
@@ -20,15 +18,14 @@ enum class Stage {
   kRemoveConstraint,
   kFix,
   kConstraint,
-  kLoad,  // in the order of LoadKind
-  kMomentum,
-  kShift
+  kLoad,        // in the order of LoadKind
+  kChangeState  // in the order of their kinds
 };
 
 // One [[event]] that is being written.
 struct Block {
   // Place of the last edit in the reader's order.
-  // Of loads that are added, the number is that of the kind.
+  // Of loads that are added and of changes of the state, the number is that of the kind.
   using Place = std::tuple<Stage, std::string, std::optional<std::size_t>>;
   std::optional<Place> last;
   std::vector<std::string> unset;
@@ -107,7 +104,7 @@ class EventWriter {
   void operator()(const SetSection<Section>& edit) {
     const char* name = section_of<Section>().name;
     begin({Stage::kSet, name, {}});
-    change(name, section_in<Section>(now_), edit.settings);
+    change(name, now_.section<Section>(), edit.settings);
   }
   void operator()(const SetForce& edit) {
     const LoadKind kind = edit.entry.kind;
@@ -130,14 +127,11 @@ class EventWriter {
     begin({Stage::kRemoveConstraint, {}, {}});
     block_.others.push_back({"remove_constraint", std::to_string(edit.index)});
   }
-  void operator()(const SetMomentum& edit) {
-    begin({Stage::kMomentum, {}, {}});
-    block_.others.push_back(
-        {"momentum", inline_table(keys_of(edit.momentum), &edit.momentum.select)});
-  }
-  void operator()(const ShiftState& edit) {
-    begin({Stage::kShift, {}, {}});
-    block_.others.push_back({"shift", inline_table(keys_of(edit.shift))});
+  template <class Change>
+  void operator()(const ChangeState<Change>& edit) {
+    begin({Stage::kChangeState, {}, Edit(edit).index()});
+    block_.others.push_back({event_key(section_of<Change>()),
+                             inline_table(keys_of(edit.change), selection_of(edit.change))});
   }
 
  private:

@@ -62,12 +62,15 @@ void read_settings(const TomlTable& table, const SceneSection& section, void* se
     }
   }
   refuse_conflicts(table, section, settings, refuse_table);
+  if (section.beside) {
+    read_settings(table, section.beside(), section.settings_beside(settings), refuse_table);
+  }
 }
 
 }  // namespace
 
 TableKeys table_keys(const SceneSection& section) {
-  TableKeys names;
+  TableKeys names = section.beside ? table_keys(section.beside()) : TableKeys();
   for (const SceneKey& key : section.keys) names.valid.emplace_back(key.info.name);
   return names;
 }

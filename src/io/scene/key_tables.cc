@@ -54,6 +54,14 @@ std::vector<std::string> key_table_names() {
   return names;
 }
 
+std::vector<SectionDescription> section_descriptions() {
+  std::vector<SectionDescription> list;
+  for (const ScenePart& part : scene_parts()) {
+    list.push_back({part.section->name, part.is_list, part.may_change});
+  }
+  return list;
+}
+
 std::vector<KeyDescription> key_descriptions(const std::string& name) {
   const std::vector<std::string> names = key_table_names();
   if (std::find(names.begin(), names.end(), name) == names.end()) {

@@ -6,25 +6,6 @@
 #include "simulation/scene/setting_keys.h"
 
 namespace tetraction {
-namespace {
-
-Json part_json(const SceneSection& section, const void* settings) {
-  if (section.type == typeid(MaterialRegionSettings)) {
-    const auto& region = *static_cast<const MaterialRegionSettings*>(settings);
-    Json json = part_json(section_of<MaterialSettings>(), &region.material);
-    json["select"] = selection_json(region.select);
-    return json;
-  }
-  if (section.type == typeid(MaterialSettings)) {
-    const auto& material = *static_cast<const MaterialSettings*>(settings);
-    if (material.custom) {
-      return {{"model", material_name(*material.custom)}, {"density", material.density}};
-    }
-  }
-  return settings_json(section, settings);
-}
-
-}  // namespace
 
 std::string scene_echo(const Scene& scene) {
   Json json;
@@ -41,7 +22,7 @@ std::string scene_echo(const Scene& scene) {
       }
     }
     for (const void* settings : part.entries(scene)) {
-      Json entry = part_json(*part.section, settings);
+      Json entry = settings_json(*part.section, settings);
       if (part.is_list) {
         json[std::string(name)].push_back(std::move(entry));
       } else {

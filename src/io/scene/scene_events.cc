@@ -7,12 +7,12 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <set>
+#include <tuple>
 #include <type_traits>
 #include <utility>
 
 #include "scene_sections.h"
 #include "tetraction/core/error.h"
-#include "tetraction/simulation/run_settings.h"
 
 namespace tetraction {
 namespace {
@@ -35,15 +35,21 @@ struct ChangedSection {
   }
 };
 
-// The sections that an event can change.
-const NameList& changeable_sections() {
-  static const NameList names = [] {
-    NameList all{"time",    "solver",      "material", "material_region",
-                 "damping", "environment", "fix",      "constraint"};
-    for (const LoadKind kind : values_of<LoadKind>()) all.emplace_back(name_of(kind));
-    return all;
-  }();
+// The parts of a scene that an event can change.
+NameList changeable_parts() {
+  NameList names;
+  for (const ScenePart& part : scene_parts()) {
+    if (part.may_change) names.emplace_back(part.section->name);
+  }
   return names;
+}
+
+// Null if there is none of that name.
+const ScenePart* find_part(std::string_view name) {
+  for (const ScenePart& part : scene_parts()) {
+    if (name == part.section->name) return &part;
+  }
+  return nullptr;
 }
 
 // `refuse` throws an error about the key.
@@ -55,16 +61,16 @@ ChangedSection changed_section(std::string_view key,
   }
   const auto dot = key.find('.');
   section.name = key.substr(0, dot);
-  if (section.name == "mesh" || section.name == "initial" || section.name == "output" ||
-      section.name == "amplitude" || section.name == "selection") {
+  const ScenePart* part = find_part(section.name);
+  if (section.name == "selection" || (part != nullptr && !part->may_change)) {
     refuse(section.name == "initial"
                ? "cannot change during a run; for momenta use the event's momentum = "
                  "{ select = { ... }, value = [...] }."
                : "cannot change during a run.");
   }
-  const NameList& known = changeable_sections();
-  if (std::find(known.begin(), known.end(), section.name) == known.end()) {
-    refuse(fmt::format("is not a key that can change: {}", advice(section.name, known)));
+  if (part == nullptr) {
+    refuse(
+        fmt::format("is not a key that can change: {}", advice(section.name, changeable_parts())));
   }
   if (key.ends_with(".density") || key.find(".density.") != std::string_view::npos) {
     refuse(
@@ -76,8 +82,7 @@ ChangedSection changed_section(std::string_view key,
         "cannot change during a run: the masses of the vertices would change. Give the "
         "parts that are to change regions of their own.");
   }
-  if (section.name == "material_region" || section.name == "fix" || section.name == "constraint" ||
-      find_named<LoadKind>(section.name)) {
+  if (part->is_list) {
     const auto end = key.find('.', dot == std::string_view::npos ? key.size() : dot + 1);
     std::size_t index = 0;
     const char* first = key.data() + (dot == std::string_view::npos ? key.size() : dot + 1);
@@ -95,24 +100,19 @@ ChangedSection changed_section(std::string_view key,
 }
 
 // The edit that replaces a section as a whole, if there is one.
-template <class... Kinds>
-std::optional<Edit> replacement(const std::string& name, const Scene& next,
-                                std::type_identity<std::variant<Kinds...>>) {
+std::optional<Edit> replacement(const std::string& name, const Scene& next) {
   std::optional<Edit> edit;
-  const auto enter = [&]<class Section>(std::type_identity<SetSection<Section>>) {
-    if (name == section_of<Section>().name) edit = SetSection<Section>{section_in<Section>(next)};
+  const auto enter = [&]<class Section>(const Section& settings) {
+    if (name == section_of<Section>().name) edit = SetSection<Section>{settings};
   };
-  const auto enter_section = [&](auto kind) {
-    if constexpr (requires { enter(kind); }) enter(kind);
-  };
-  (enter_section(std::type_identity<Kinds>()), ...);
+  std::apply([&](auto... member) { (enter(next.*member), ...); }, ChangeableSections::members());
   return edit;
 }
 
 // The edit that changes a section from its state in `scene` to its state in `next`.
 Edit edit_of(const ChangedSection& section, const Scene& scene, const Scene& next) {
   const std::size_t i = section.index.value_or(0);
-  if (const auto edit = replacement(section.name, next, std::type_identity<Edit>())) return *edit;
+  if (const auto edit = replacement(section.name, next)) return *edit;
   if (section.name == "material") return SetMaterial{0, next.material};
   if (section.name == "material_region") {
     return SetMaterial{static_cast<Index>(i) + 1, next.material_region[i].material};
@@ -142,9 +142,24 @@ std::size_t read_number(const TomlTable& table, std::string_view key, std::size_
   return static_cast<std::size_t>(number);
 }
 
-template <class Settings>
-std::vector<TomlTable> entries_of(const TomlTable& event, const char* key) {
-  return event.one_or_more_tables(key, table_keys(section_of<Settings>()));
+std::vector<TomlTable> entries_of(const TomlTable& event, const SceneSection& section) {
+  return event.one_or_more_tables(event_key(section), table_keys(section));
+}
+
+// Reads the edits of an event that change the state, in the order of their kinds.
+template <class... Kinds>
+void read_state_changes(const TomlTable& event, std::vector<Edit>& edits,
+                        std::type_identity<std::variant<Kinds...>>) {
+  const auto read = [&]<class Kind>(std::type_identity<Kind>) {
+    if constexpr (kChangesState<Kind>) {
+      for (const TomlTable& entry : entries_of(event, section_of<decltype(Kind::change)>())) {
+        Kind edit;
+        read_settings(entry, edit.change);
+        edits.emplace_back(std::move(edit));
+      }
+    }
+  };
+  (read(std::type_identity<Kinds>()), ...);
 }
 
 Unfix read_unfix(const TomlTable& event, std::size_t fix_count) {
@@ -278,40 +293,25 @@ void read_events(const TomlDocument& document, const TomlTable& root,
           read_number(table, "remove_constraint", now.constraint.size(), "[[constraint]]")});
     }
     // An added entry gets the next number of its list. Later events can change it by this number.
-    const auto added = [&](const char* list, std::size_t number, const TomlTable& entry) {
-      changes.push_back({fmt::format("{}.{}", list, number), toml_value(to_json(entry.node())),
-                         fmt::format("{}: event at {} s", entry.place(), at)});
-    };
-    for (const TomlTable& entry : entries_of<FixSettings>(table, "fix")) {
-      added("fix", now.fix.size(), entry);
-      read_settings(entry, now.fix.emplace_back());
-      event.edits.emplace_back(SetFix{std::nullopt, now.fix.back()});
-    }
-    for (const TomlTable& entry : entries_of<ConstraintSettings>(table, "constraint")) {
-      added("constraint", now.constraint.size(), entry);
-      read_settings(entry, now.constraint.emplace_back());
-      event.edits.emplace_back(SetConstraint{std::nullopt, now.constraint.back()});
-    }
-    for (const LoadKind kind : values_of<LoadKind>()) {
-      const SceneSection& section = section_of(kind);
-      std::vector<ForceSettings>& loads = now.list(kind);
-      for (const TomlTable& entry : table.one_or_more_tables(section.name, table_keys(section))) {
-        added(section.name, loads.size(), entry);
-        loads.emplace_back().kind = kind;
-        read_settings(entry, section, &loads.back());
-        event.edits.emplace_back(SetForce{std::nullopt, loads.back()});
+    const auto add_entries = [&](const SceneSection& section, auto& list, const auto& fresh) {
+      for (const TomlTable& entry : entries_of(table, section)) {
+        changes.push_back({fmt::format("{}.{}", section.name, list.size()),
+                           toml_value(to_json(entry.node())),
+                           fmt::format("{}: event at {} s", entry.place(), at)});
+        list.push_back(fresh);
+        read_settings(entry, section, &list.back());
+        using Entry = std::remove_cvref_t<decltype(fresh)>;
+        event.edits.emplace_back(SetEntry<Entry>{std::nullopt, list.back()});
       }
+    };
+    add_entries(section_of<FixSettings>(), now.fix, FixSettings());
+    add_entries(section_of<ConstraintSettings>(), now.constraint, ConstraintSettings());
+    for (const LoadKind kind : values_of<LoadKind>()) {
+      ForceSettings load;
+      load.kind = kind;
+      add_entries(section_of(kind), now.list(kind), load);
     }
-    for (const TomlTable& entry : entries_of<MomentumSettings>(table, "momentum")) {
-      SetMomentum edit;
-      read_settings(entry, edit.momentum);
-      event.edits.emplace_back(edit);
-    }
-    for (const TomlTable& entry : entries_of<ShiftSettings>(table, "shift")) {
-      ShiftState edit;
-      read_settings(entry, edit.shift);
-      event.edits.emplace_back(edit);
-    }
+    read_state_changes(table, event.edits, std::type_identity<Edit>());
     if (event.edits.empty()) {
       table.refuse_table(
           "changes nothing: give set, unset, fix, unfix, constraint, remove_constraint, a load "

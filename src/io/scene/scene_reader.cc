@@ -121,9 +121,7 @@ void read_part(const TomlTable& table, const ScenePart& part, const std::string&
   } else if (name == "material") {
     check_read_material(table, scene.material);
   } else if (name == "material_region") {
-    MaterialSettings& material = scene.material_region.back().material;
-    read_settings(table, material);
-    check_read_material(table, material);
+    check_read_material(table, scene.material_region.back().material);
   } else if (name == "damping") {
     read_damping_ratio(table, scene);
   } else if (name == "environment") {
@@ -148,19 +146,16 @@ TableKeys root_keys() {
 
 // Every amplitude that is used must be there. Messages name the place where it is used.
 void check_amplitudes(const TomlTable& root, const Scene& scene) {
-  const auto check = [&scene](const std::string& name, const std::string& where) {
-    find_amplitude(scene.amplitude, name, where);
-  };
-  if (root.has("environment")) {
-    check(scene.environment.amplitude,
-          root.table("environment", table_keys(section_of<EnvironmentSettings>())).where());
-  }
-  for (const FixSettings& fix : scene.fix) check(fix.amplitude, fix.where);
-  for (const ConstraintSettings& constraint : scene.constraint) {
-    check(constraint.amplitude, constraint.where);
-  }
-  for (const LoadKind kind : values_of<LoadKind>()) {
-    for (const ForceSettings& load : scene.list(kind)) check(load.amplitude, load.where);
+  for (const ScenePart& part : scene_parts()) {
+    const SceneSection& section = *part.section;
+    const SceneKey* key = section.find("amplitude");
+    if (key == nullptr || !root.has(section.name)) continue;
+    for (const void* settings : part.entries(scene)) {
+      const auto& name = *static_cast<const std::string*>(key->value->member(settings));
+      find_amplitude(scene.amplitude, name,
+                     section.where ? *section.where(const_cast<void*>(settings))
+                                   : root.table(section.name, table_keys(section)).where());
+    }
   }
 }
 
@@ -175,7 +170,7 @@ Scene read_sections(const TomlDocument& document, const std::string& path) {
     const char* name = part.section->name;
     if (part.section->needed != nullptr) root.require(name, part.section->needed);
     if (!root.has(name)) continue;
-    const TableKeys keys = keys_of_part(*part.section);
+    const TableKeys keys = table_keys(*part.section);
     const std::vector<TomlTable> tables =
         part.is_list ? root.tables(name, keys) : std::vector{root.table(name, keys)};
     for (const TomlTable& table : tables) read_part(table, part, folder, scene);
@@ -195,15 +190,6 @@ Scene read_document(const TomlDocument& document, const std::string& path) {
 }
 
 }  // namespace
-
-TableKeys keys_of_part(const SceneSection& section) {
-  TableKeys keys = table_keys(section);
-  if (section.type == typeid(MaterialRegionSettings)) {
-    const NameList material = table_keys(section_of<MaterialSettings>()).valid;
-    keys.valid.insert(keys.valid.begin(), material.begin(), material.end());
-  }
-  return keys;
-}
 
 Scene read_scene(const std::string& path, const std::vector<std::string>& overrides) {
   return read_document(TomlDocument(path, overrides), path);

@@ -13,9 +13,6 @@ namespace tetraction {
 /// there is one. The materials must have been read before.
 void read_damping_ratio(const TomlTable& damping, Scene& scene);
 
-/// The keys of [[material_region]], among which are those of [material].
-TableKeys keys_of_part(const SceneSection& section);
-
 /// Reads all sections of a document except the events.
 using SectionReader = std::function<Scene(const TomlDocument&)>;
 /// Reads [[event]] into `scene`, whose other sections must have been read before.

@@ -5,7 +5,6 @@
 #include <filesystem>
 #include <string_view>
 
-#include "event_writer.h"
 #include "tetraction/core/error.h"
 #include "tetraction/io/text_file.h"
 #include "written_keys.h"
@@ -78,10 +77,6 @@ std::string part_text(const ScenePart& part, const void* settings) {
   const SceneSection& section = *part.section;
   const std::string head =
       part.is_list ? fmt::format("[[{}]]", section.name) : fmt::format("[{}]", section.name);
-  if (section.type == typeid(MaterialRegionSettings)) {
-    const auto& region = *static_cast<const MaterialRegionSettings*>(settings);
-    return section_text(head, keys_of(region.material), &region.select);
-  }
   const WrittenKeys keys = keys_of(section, settings);
   std::string text;
   if (part.is_list || is_always_written(section.name) ||

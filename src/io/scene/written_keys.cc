@@ -22,6 +22,9 @@ WrittenKeys keys_of(const SceneSection& section, const void* settings) {
     if (!reason.empty()) throw InputError(reason);
   }
   WrittenKeys keys;
+  if (section.beside) {
+    keys = keys_of(section.beside(), section.settings_beside(const_cast<void*>(settings)));
+  }
   for (const SceneKey& key : section.keys) {
     const SettingValue::Form form = key.value->form();
     if (form == SettingValue::Form::kSelection || form == SettingValue::Form::kTables) continue;

@@ -32,6 +32,9 @@ inline WrittenKeys keys_of(const ForceSettings& load) {
 /// The selection of settings. Null if they have none.
 const Selection* selection_of(const SceneSection& section, const void* settings);
 
+/// The events of a scene as TOML text, from which the reader makes the same edits.
+std::string event_text(const Scene& scene);
+
 /// The keys of the table of a selection: "vertices", "plane.axis", …
 WrittenKeys selection_keys(const Selection& selection);
 /// The keys with their path from `key`, the key that holds the selection: "select.plane.axis", or

@@ -51,4 +51,10 @@ ConstraintSettings with_length(ConstraintSettings settings, const ConstraintObje
 /// All constraints of a scene at the start. First, positions q are moved to the targets of [[fix]].
 BodyConstraints make_body_constraints(const Scene& scene, const MechanicalSystem& system, Vector q);
 
+/// Follows the targets that the scene's [[fix]] and those of its events give in numbers, and their
+/// velocities. Throws InputError, which names both, if a vertex has two different ones at the same time, or if one of
+/// a free rigid handle has another constraint. Targets that depend on where the vertices are then are known only
+/// in the run, and are left to it.
+void refuse_contradicting_targets(const Scene& scene, const MechanicalSystem& system);
+
 }  // namespace tetraction

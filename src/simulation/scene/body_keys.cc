@@ -121,7 +121,6 @@ SceneSection fix_section() {
                  "−2γ(q − target)",
          .in_file = Written::kUnlessDefault},
         Choice<S>{{"exact", "penalty"},
-                  {},
                   [](const S& s) { return std::string(s.is_penalty ? "penalty" : "exact"); },
                   [](S& s, const std::string& name) { s.is_penalty = name == "penalty"; }}},
        {{.name = "penalty",

@@ -1,5 +1,4 @@
-#include "contradicting_targets.h"
-
+// Events that constrain a vertex in two ways at once.
 #include <fmt/format.h>
 
 #include <algorithm>

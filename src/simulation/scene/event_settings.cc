@@ -38,7 +38,7 @@ struct SettingsEditor {
   }
   template <class Section>
   void operator()(const SetSection<Section>& edit) {
-    section_in<Section>(settings) = edit.settings;
+    settings.section<Section>() = edit.settings;
   }
   void operator()(const SetForce& edit) {
     set_entry(settings.loads.list(edit.entry.kind), edit.index, edit.entry);
@@ -55,8 +55,8 @@ struct SettingsEditor {
   }
   // They change the state, or the objects of constraints.
   void operator()(const Unfix&) {}
-  void operator()(const SetMomentum&) {}
-  void operator()(const ShiftState&) {}
+  template <class Change>
+  void operator()(const ChangeState<Change>&) {}
 };
 
 // Whether the object is one that make_constraint() makes of such settings.
@@ -82,14 +82,11 @@ bool fits(const ConstraintObject& object, const std::optional<ConstraintSettings
 
 RunSettings initial_settings(const Scene& scene) {
   RunSettings settings;
-  settings.time = scene.time;
-  settings.solver = scene.solver;
+  static_cast<ChangeableSections&>(settings) = scene;
   settings.materials.push_back(scene.material);
   for (const MaterialRegionSettings& region : scene.material_region) {
     settings.materials.push_back(region.material);
   }
-  settings.environment = scene.environment;
-  settings.damping = scene.damping;
   settings.loads = scene;
   return settings;
 }

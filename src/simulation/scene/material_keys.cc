@@ -51,11 +51,10 @@ std::vector<Key<MaterialSettings>> material_table() {
   using S = MaterialSettings;
   std::vector<const char*> models;
   for (const MaterialChoice& choice : material_choices()) models.push_back(choice.name);
-  std::vector<Key<S>> keys{{{.name = "model", .help = "the law of the material"},
-                            Choice<S>{models,
-                                      {},
-                                      [](const S& s) { return s.model; },
-                                      [](S& s, const std::string& name) { s.model = name; }}}};
+  std::vector<Key<S>> keys{
+      {{.name = "model", .help = "the law of the material"},
+       Choice<S>{models, [](const S& s) { return s.custom ? material_name(*s.custom) : s.model; },
+                 [](S& s, const std::string& name) { s.model = name; }}}};
   static std::deque<std::string> texts;  // a KeyInfo refers to its texts
   const std::vector<MaterialParameter>& parameters = material_parameters();
   for (std::size_t i = 0; i < parameters.size(); ++i) {
@@ -89,7 +88,6 @@ std::vector<Key<MaterialSettings>> material_table() {
         .absent = "`\"log\"`"},
        Choice<S>{
            {to_string(VolumetricPart::kLogarithmic), to_string(VolumetricPart::kQuadratic)},
-           {},
            [](const S& s) { return std::string(s.volumetric ? to_string(*s.volumetric) : ""); },
            [](S& s, const std::string& name) {
              s.volumetric = name == to_string(VolumetricPart::kQuadratic)
@@ -102,6 +100,16 @@ std::vector<Key<MaterialSettings>> material_table() {
                    .help = kDensity.help,
                    .range = kDensity.range},
                   NumberOrArray<S>{kDensity.name, &S::density, &S::arrays}});
+  // A program's own material has its name and its density only.
+  for (Key<S>& key : keys) {
+    if (key.info.name == std::string_view("model") ||
+        key.info.name == std::string_view(kDensity.name)) {
+      continue;
+    };
+    key.used = [used = key.used](const void* s) {
+      return !static_cast<const S*>(s)->custom && (!used || used(s));
+    };
+  }
   return keys;
 }
 
@@ -123,12 +131,17 @@ SceneSection material_section() {
 
 SceneSection material_region_section() {
   using S = MaterialRegionSettings;
-  return make_section<S>(
+  SceneSection section = make_section<S>(
       "material_region",
       {select_key<S>(
           "the tetrahedra: of a group that consists of tetrahedra its own; of a `box` or `sphere` "
           "those with their centroid in it; of anything else those with all four vertices "
           "selected. All keys of `[material]` can stand beside it")});
+  section.beside = section_of<MaterialSettings>;
+  section.settings_beside = [](void* settings) -> void* {
+    return &static_cast<S*>(settings)->material;
+  };
+  return section;
 }
 
 }  // namespace tetraction

@@ -99,30 +99,20 @@ SceneSection mesh_section() {
          .in_file = Written::kUnlessDefault,
          .in_echo = Written::kUnlessDefault},
         Choice<S>{{kLinear, kQuadratic},
-                  {},
                   [](const S& s) { return std::string(s.quadratic ? kQuadratic : kLinear); },
                   [](S& s, const std::string& name) { s.quadratic = name == kQuadratic; }}},
        {{.name = "unit",
          .help = "of the file's coordinates, which are then multiplied by `scale`; for files only",
          .in_file = Written::kUnlessDefault,
          .in_echo = Written::kUnlessDefault},
-        Choice<S>{length_unit_names(),
-                  {},
-                  [](const S& s) { return s.unit; },
-                  [](S& s, const std::string& name) { s.unit = name; }}},
+        Choice<S>{length_unit_names(), &S::unit}},
        {{.name = "volume",
          .help = "where the volumetric part of the energy is taken: in each tetrahedron, or with "
                  "averages at the vertices, which do not lock where ν is near ½ "
                  "([see below](#nearly-incompressible-materials))",
          .in_file = Written::kUnlessDefault,
          .in_echo = Written::kUnlessDefault},
-        Choice<S>{{to_string(VolumeRule::kElement), to_string(VolumeRule::kNodal)},
-                  {},
-                  [](const S& s) { return std::string(to_string(s.volume)); },
-                  [](S& s, const std::string& name) {
-                    s.volume = name == to_string(VolumeRule::kNodal) ? VolumeRule::kNodal
-                                                                     : VolumeRule::kElement;
-                  }}}},
+        &S::volume}},
       {{{"file", "generate"}, two_meshes_conflict},
        {{}, mesh_conflict},
        {{"volume"}, volume_conflict},

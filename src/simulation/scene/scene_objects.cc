@@ -9,7 +9,6 @@
 
 #include "body_constraints.h"
 #include "body_loads.h"
-#include "contradicting_targets.h"
 #include "initial_state.h"
 #include "setting_keys.h"
 #include "tetraction/core/error.h"
@@ -100,8 +99,7 @@ std::unique_ptr<MechanicalSystem> make_system(const Scene& scene, TetMesh mesh) 
   }
   auto system = std::make_unique<MechanicalSystem>(std::move(mesh), regions, region_of_element,
                                                    scene.mesh.volume);
-  system->set_environment(make_environment(scene.environment, scene.amplitude));
-  system->set_damping(scene.damping);
+  put_sections(scene, *system, scene.amplitude);
   set_loads(scene, *system);
   for (const auto& term : scene.force_term) system->add_force_term(term);
   return system;
@@ -142,9 +140,12 @@ struct SelectionCheck {
   void operator()(const SetConstraint& edit) const {
     make_constraint(edit.entry, system, system.mesh().rest_positions(), 0.0, amplitudes);
   }
-  void operator()(const ShiftState& edit) const { check_shift(edit.shift, system.mesh()); }
-  void operator()(const SetMomentum& edit) const {
-    select_at(system.mesh(), edit.momentum.select, edit.momentum.where);
+  void operator()(const ShiftState& edit) const { check_shift(edit.change, system.mesh()); }
+  template <class Change>
+  void operator()(const ChangeState<Change>& edit) const {
+    if constexpr (requires { edit.change.select; }) {
+      select_at(system.mesh(), edit.change.select, edit.change.where);
+    }
   }
   template <class Other>
   void operator()(const Other&) const {}

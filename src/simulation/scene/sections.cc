@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <cassert>
+#include <cstring>
 #include <nlohmann/json.hpp>
+#include <tuple>
 #include <utility>
 
 #include "tetraction/core/error.h"
@@ -84,22 +86,39 @@ const SceneSection& section_of(LoadKind kind) {
 
 const std::vector<ScenePart>& scene_parts() {
   static const std::vector<ScenePart> parts = [] {
-    std::vector<ScenePart> all{
-        part(&Scene::mesh),        part(&Scene::material), list(&Scene::material_region),
-        part(&Scene::time),        part(&Scene::solver),   part(&Scene::damping),
-        part(&Scene::environment), list(&Scene::fix),      list(&Scene::constraint)};
+    const auto constant = [](ScenePart part) {
+      part.may_change = false;
+      return part;
+    };
+    std::vector<ScenePart> all{constant(part(&Scene::mesh)), part(&Scene::material),
+                               list(&Scene::material_region)};
+    std::apply([&](auto... member) { (all.push_back(part(member)), ...); },
+               ChangeableSections::members());
+    all.push_back(list(&Scene::fix));
+    all.push_back(list(&Scene::constraint));
     for (const LoadKind kind : values_of<LoadKind>()) all.push_back(loads(kind));
     for (const ScenePart& later : {list(&Scene::amplitude), part(&Scene::initial),
                                    part(&Scene::output), list(&Scene::probe)}) {
-      all.push_back(later);
+      all.push_back(constant(later));
     }
     return all;
   }();
   return parts;
 }
 
+void put_sections(const ChangeableSections& sections, MechanicalSystem& system,
+                  const std::vector<AmplitudeSettings>& amplitudes) {
+  const auto put = [&](const auto& settings) {
+    const SceneSection& section = section_of(typeid(settings));
+    if (section.put_into) section.put_into(&settings, system, amplitudes);
+  };
+  std::apply([&](auto... member) { (put(sections.*member), ...); }, ChangeableSections::members());
+}
+
 Json settings_json(const SceneSection& section, const void* settings) {
-  Json json = Json::object();
+  Json json = section.beside ? settings_json(section.beside(),
+                                             section.settings_beside(const_cast<void*>(settings)))
+                             : Json::object();
   for (const SceneKey& key : section.keys) {
     if (!key.is_used(settings) || !key.is_written(settings)) continue;
     Json value = key.value->json(settings);
@@ -147,6 +166,11 @@ void check_selection(const Selection& selection) {
   };
   if (const auto* set = std::get_if<SelectSet>(&selection)) check_parts(set->of);
   if (const auto* named = std::get_if<SelectNamed>(&selection)) check_parts(named->of);
+}
+
+const char* event_key(const SceneSection& section) {
+  const char* dot = std::strrchr(section.name, '.');
+  return dot != nullptr ? dot + 1 : section.name;
 }
 
 const SceneKey* SceneSection::find(std::string_view key) const {

@@ -116,7 +116,6 @@ SceneSection plane_section() {
          .help = "the axis that the plane is normal to",
          .needed = "\"x\", \"y\" or \"z\", the axis that the plane is normal to."},
         Choice<S>{{"x", "y", "z"},
-                  {},
                   [](const S& s) { return std::string(1, static_cast<char>('x' + s.axis)); },
                   [](S& s, const std::string& name) { s.axis = name[0] - 'x'; }}},
        {{.name = "at",

@@ -8,6 +8,7 @@
 #include "number_or_array.h"
 #include "sections.h"
 #include "setting_values.h"
+#include "tetraction/simulation/scene_objects.h"
 
 namespace tetraction {
 namespace {
@@ -184,15 +185,9 @@ SceneSection solver_section() {
          .help = "how one process computes a run: as this manual says (`local`), or with the "
                  "engine for several processes (`petsc`), which `mpirun` with two or more "
                  "processes always takes ([parallel.md](parallel.md))"},
-        Choice<S>{{"local", "petsc"},
-                  {},
-                  [](const S& s) { return s.engine; },
-                  [](S& s, const std::string& name) { s.engine = name; }}},
+        Choice<S>{{"local", "petsc"}, &S::engine}},
        {{.name = "kind", .help = "the minimiser of each implicit step"},
-        Choice<S>{{"newton", "ceres"},
-                  {},
-                  [](const S& s) { return s.kind; },
-                  [](S& s, const std::string& name) { s.kind = name; }}},
+        Choice<S>{{"newton", "ceres"}, &S::kind}},
        {{.name = "linear", .help = "of `newton` only: how its linear systems are solved"},
         &S::linear},
        {{.name = "tolerance",
@@ -245,37 +240,48 @@ SceneSection environment_section() {
            "none, "
            "gravity or attraction.";
   };
+  section.put_into = [](const void* settings, MechanicalSystem& system,
+                        const std::vector<AmplitudeSettings>& amplitudes) {
+    system.set_environment(make_environment(*static_cast<const S*>(settings), amplitudes));
+  };
   return section;
 }
 
 SceneSection damping_section() {
   using S = Damping;
-  return make_section<S>(
+  SceneSection section = make_section<S>(
       "damping",
       {{{.name = "drag",
          .title = "Drag",
          .unit = "kg/s",
          .per = "per vertex",
          .help = "k_D: force −k_D v on every vertex, whatever its mass",
-         .range = kDampingRange},
+         .range = kDampingRange,
+         .usual = 1.0},
         &S::drag},
        {{.name = "mass_damping",
          .title = "Mass damping",
          .unit = "1/s",
          .help = "a: force −a m v; the momentum of a free body decays as exp(−at)",
-         .range = kDampingRange},
+         .range = kDampingRange,
+         .usual = 10.0},
         &S::mass_damping},
        {{.name = "viscosity",
          .title = "Viscosity",
          .unit = "Pa s",
          .help = "η: internal stress 2ηĖ (Kelvin–Voigt), which takes energy but no momentum",
-         .range = kDampingRange},
+         .range = kDampingRange,
+         .usual = 5000.0},
         &S::viscosity},
        {{.name = "ratio",
          .help =
              "`{ at = [f1, f2], value = [ζ1, ζ2] }`: damping ratios at two frequencies in Hz, "
              "from which mass damping and viscosity are worked out, see below; not beside them"},
         DocumentedValue<S>{"table"}}});
+  section.put_into = [](const void* settings, MechanicalSystem& system, const auto&) {
+    system.set_damping(*static_cast<const S*>(settings));
+  };
+  return section;
 }
 
 SceneSection initial_section() {

@@ -33,12 +33,14 @@ struct KeyInfo {
   const char* per = "";      ///< completes the unit in a scene file: "on each vertex"
   const char* help = "";     ///< meaning, in Markdown, without range and default
   NumberRange range = {};    ///< allowed numbers, also for each entry of a list
+  double usual = 0.0;        ///< end of the usual range from 0, for a slider of the window; 0: none
   const char* needed = "";   ///< if the key is required: what to give; otherwise empty
   const char* absent = "–";  ///< the default in words, if the struct holds no value
   Written in_file = Written::kAlways;
   Written in_echo = Written::kAlways;
 };
 
+class MechanicalSystem;
 struct SceneSection;
 
 /// The range of counts.
@@ -131,12 +133,24 @@ struct SceneSection {
   bool is_placed_at_key = false;
   /// Why a scene file cannot have the settings, which a program has made; empty if it can.
   std::function<std::string(const void*)> unwritable = nullptr;
+  /// Lets the settings act on a body in place of those that it had of this section. Null if they do
+  /// not act on it, or other code lets them. A force term that it sets must be there from the start,
+  /// even if it does nothing yet, because the energies of a run stay the same ones. Throws InputError.
+  std::function<void(const void*, MechanicalSystem&, const std::vector<AmplitudeSettings>&)>
+      put_into = nullptr;
+  /// The section whose keys stand in the same table, before the own ones, and its settings within those
+  /// of this section. Null if there is none.
+  const SceneSection& (*beside)() = nullptr;
+  void* (*settings_beside)(void*) = nullptr;
   /// What to give in a scene that lacks the section. Null if a scene may lack it.
   const char* needed = nullptr;
 
   /// Null if there is no such key.
   const SceneKey* find(std::string_view key) const;
 };
+
+/// The key of [[event]] with tables of a section: "momentum" for those of [[initial.momentum]].
+const char* event_key(const SceneSection& section);
 
 /// All sections and inner tables that have a table in the documents, in its order.
 std::span<const SceneSection> documented_sections();
@@ -158,9 +172,15 @@ struct ScenePart {
   std::function<std::vector<const void*>(const Scene&)> entries;
   /// A new entry of a list, or the only settings.
   std::function<void*(Scene&)> add;
+  /// Whether edits may change it.
+  bool may_change = true;
 };
 /// The parts of a scene in the order of summary.json, without events and named selections.
 const std::vector<ScenePart>& scene_parts();
+
+/// Lets all of these sections act on a body.
+void put_sections(const ChangeableSections& sections, MechanicalSystem& system,
+                  const std::vector<AmplitudeSettings>& amplitudes);
 
 /// What there is to say of the key that a member holds: key_info(&Damping::drag).
 template <class Settings, class Value>

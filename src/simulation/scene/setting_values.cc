@@ -358,15 +358,10 @@ template struct ValueKind<std::vector<std::pair<double, double>>>;
 template struct ValueKind<std::vector<std::string>>;
 
 std::string read_name(const Json& node, const Refusal& refuse,
-                      const std::vector<const char*>& names,
-                      const std::vector<const char*>& later) {
+                      const std::vector<const char*>& names) {
   std::string word;
   Kind<std::string>::read(node, kFinite, refuse, word);
   const NameList valid(names.begin(), names.end());
-  if (std::find(later.begin(), later.end(), word) != later.end()) {
-    refuse(fmt::format("= {} is not in this version of Tetraction; valid {} {}.", in_quotes(word),
-                       valid.size() == 1 ? "is only" : "are", listing(valid)));
-  }
   if (std::find(valid.begin(), valid.end(), word) == valid.end()) {
     refuse(fmt::format("= {} is unknown: {}", in_quotes(word), advice(word, valid)));
   }

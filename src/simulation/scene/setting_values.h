@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -48,10 +49,9 @@ struct ValueKind<std::optional<T>> {
   }
 };
 
-/// Reads one of the names. `later` are names that later versions will have.
+/// Reads one of the names.
 std::string read_name(const Json& node, const Refusal& refuse,
-                      const std::vector<const char*>& names,
-                      const std::vector<const char*>& later = {});
+                      const std::vector<const char*>& names);
 
 /// A program's own environment has no name in files.
 template <NamedEnum Enum>
@@ -125,9 +125,12 @@ class ValueOf : public SettingValue {
 template <class S>
 class Choice : public ValueOf<S> {
  public:
-  Choice(std::vector<const char*> names, std::vector<const char*> later,
-         std::string (*get)(const S&), void (*set)(S&, const std::string&))
-      : names_(std::move(names)), later_(std::move(later)), get_(get), set_(set) {}
+  Choice(std::vector<const char*> names, std::function<std::string(const S&)> get,
+         std::function<void(S&, const std::string&)> set)
+      : names_(std::move(names)), get_(std::move(get)), set_(std::move(set)) {}
+  Choice(std::vector<const char*> names, std::string S::*member)
+      : Choice(std::move(names), std::mem_fn(member),
+               [member](S& s, const std::string& name) { s.*member = name; }) {}
   std::string type() const override { return "text"; }
   Json json(const void* settings) const override {
     const std::string name = get_(this->of(settings));
@@ -135,7 +138,7 @@ class Choice : public ValueOf<S> {
   }
   void read(const Json& node, const NumberRange&, const Refusal& refuse,
             void* settings) const override {
-    set_(this->of(settings), read_name(node, refuse, names_, later_));
+    set_(this->of(settings), read_name(node, refuse, names_));
   }
   bool copy(const void* from, void* to) const override {
     const std::string name = get_(this->of(from));
@@ -146,9 +149,8 @@ class Choice : public ValueOf<S> {
 
  private:
   std::vector<const char*> names_;
-  std::vector<const char*> later_;
-  std::string (*get_)(const S&);
-  void (*set_)(S&, const std::string&);
+  std::function<std::string(const S&)> get_;
+  std::function<void(S&, const std::string&)> set_;
 };
 
 /// A number, or the word "auto" if the other member is true.

@@ -11,8 +11,10 @@
 
 #include "core/fingerprint.h"
 #include "session_impl.h"
-#include "simulation/scene/system_settings.h"
+#include "simulation/scene/body_loads.h"
+#include "simulation/scene/setting_keys.h"
 #include "tetraction/core/error.h"
+#include "tetraction/simulation/scene_objects.h"
 
 namespace tetraction {
 namespace {
@@ -131,6 +133,32 @@ void require_own(const Checkpoint& checkpoint, const RunData& run, const BodyIde
   }
 }
 
+// The materials and loads of a system, which edits may replace.
+struct MaterialsAndLoads {
+  std::vector<MaterialField> materials;
+  BodyLoads loads;
+
+  // Sets them in a system with as many regions.
+  void put_in(MechanicalSystem& system) {
+    for (std::size_t i = 0; i < materials.size(); ++i) {
+      system.set_material(static_cast<Index>(i), materials[i]);
+    }
+    system.set_forces(std::move(loads.forces));
+    system.set_pressures(std::move(loads.pressures));
+  }
+};
+
+// Throws InputError.
+MaterialsAndLoads make_materials_and_loads(const RunSettings& settings,
+                                           const MechanicalSystem& system,
+                                           const AmplitudeList& amplitudes) {
+  MaterialsAndLoads made{{}, make_loads(settings.loads, system, amplitudes)};
+  for (std::size_t i = 0; i < settings.materials.size(); ++i) {
+    made.materials.push_back(make_material(settings.materials[i], system, static_cast<Index>(i)));
+  }
+  return made;
+}
+
 }  // namespace
 
 const BodyIdentity& Session::Impl::identity() {
@@ -164,12 +192,15 @@ void Session::restore(const Checkpoint& checkpoint) {
   // Copies, so that nothing can fail any more once the session changes. The system is changed in
   // place and put back if something fails.
   Checkpoint own = checkpoint;
-  SystemSettings old_system(*s.run.system);
+  MaterialsAndLoads old{s.run.system->materials(),
+                        {s.run.system->forces(), s.run.system->pressures()}};
   std::optional<Constraints> old_constraints;
   std::unique_ptr<Stepper> stepper;
   const TimeSettings& time = own.settings.time;
   try {
-    SystemSettings(own.settings, *s.run.system, s.run.scene.amplitude).put_in(*s.run.system);
+    make_materials_and_loads(own.settings, *s.run.system, s.run.scene.amplitude)
+        .put_in(*s.run.system);
+    put_sections(own.settings, *s.run.system, s.run.scene.amplitude);
     old_constraints = s.run.system->set_constraints(
         Constraints(own.settings.constraints.list(), s.run.system->mesh(), s.run.system->mass()));
     const Index forces = own.reactions.configuration_force.size();
@@ -180,7 +211,8 @@ void Session::restore(const Checkpoint& checkpoint) {
     s.inversions.renew(*s.run.system);
   } catch (...) {
     if (old_constraints) s.run.system->set_constraints(std::move(*old_constraints));
-    old_system.put_in(*s.run.system);
+    old.put_in(*s.run.system);
+    put_sections(s.run.settings, *s.run.system, s.run.scene.amplitude);
     throw;
   }
   s.run.settings = std::move(own.settings);

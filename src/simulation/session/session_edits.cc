@@ -129,10 +129,22 @@ struct Editor {
   }
   template <class Section>
   void operator()(const SetSection<Section>& edit) {
-    Section& present = section_in<Section>(settings);
-    renew(present, edit.settings);
+    Section& present = settings.section<Section>();
     undo.keep(present);
+    if (const SceneSection& section = section_of<Section>(); section.put_into) {
+      undo.add([this_system = &system, &section, old = present, list = &amplitudes] {
+        section.put_into(&old, *this_system, *list);
+      });
+      section.put_into(&edit.settings, system, amplitudes);
+    }
+    renew(present, edit.settings);
     present = edit.settings;
+  }
+  // The parts to make again after an edit of a section. A solver takes the terms of a body as they are
+  // when it is made.
+  template <class Section>
+  void renew(const Section&, const Section&) {
+    renewal.stepper = renewal.limit = true;
   }
   void renew(const TimeSettings& present, const TimeSettings& next) {
     renewal.stepper = next.integrator != present.integrator;
@@ -142,15 +154,8 @@ struct Editor {
     check_settings(next);
     renewal.stepper = true;
   }
-  void renew(const Damping&, const Damping& next) {
-    undo.add([this_system = &system, old = system.damping()] { this_system->set_damping(old); });
-    system.set_damping(next);
-    renewal.limit = true;
-  }
-  void renew(const EnvironmentSettings&, const EnvironmentSettings& next) {
-    undo.add(
-        [this_system = &system, old = system.environment()] { this_system->set_environment(old); });
-    system.set_environment(make_environment(next, amplitudes));
+  void renew(const Damping&, const Damping&) { renewal.limit = true; }
+  void renew(const EnvironmentSettings&, const EnvironmentSettings&) {
     renewal.limit = !system.environment().is_uniform();
   }
   void operator()(const SetForce& edit) {
@@ -228,29 +233,29 @@ struct Editor {
     renewal.constraints = renewal.limit = true;
   }
   void operator()(const SetMomentum& edit) {
-    if (!edit.momentum.value.allFinite()) {
-      throw InputError(fmt::format("{}{}the momentum must be finite.", edit.momentum.where,
-                                   edit.momentum.where.empty() ? "" : ": "));
+    if (!edit.change.value.allFinite()) {
+      throw InputError(fmt::format("{}{}the momentum must be finite.", edit.change.where,
+                                   edit.change.where.empty() ? "" : ": "));
     }
-    for (const Index v : select_at(system.mesh(), edit.momentum.select, edit.momentum.where)) {
-      vertex_block(state.momentum, v) = edit.momentum.value;
+    for (const Index v : select_at(system.mesh(), edit.change.select, edit.change.where)) {
+      vertex_block(state.momentum, v) = edit.change.value;
     }
     project_to_constraints(system.constraints(), system.mass(), state.position, state.time,
                            state.momentum);
     system.velocity_of(state.momentum, state.velocity);
   }
   void operator()(const ShiftState& edit) {
-    const std::vector<Index> vertices = check_shift(edit.shift, system.mesh());
+    const std::vector<Index> vertices = check_shift(edit.change, system.mesh());
     for (std::size_t i = 0; i < vertices.size(); ++i) {
-      if (!edit.shift.displacement.empty()) {
-        vertex_block(state.position, vertices[i]) += edit.shift.displacement[i];
+      if (!edit.change.displacement.empty()) {
+        vertex_block(state.position, vertices[i]) += edit.change.displacement[i];
       }
-      if (!edit.shift.impulse.empty()) {
-        vertex_block(state.momentum, vertices[i]) += edit.shift.impulse[i];
+      if (!edit.change.impulse.empty()) {
+        vertex_block(state.momentum, vertices[i]) += edit.change.impulse[i];
       }
     }
-    if (!edit.shift.displacement.empty()) {
-      require_admissible(edit.shift);
+    if (!edit.change.displacement.empty()) {
+      require_admissible(edit.change);
       renewal.limit = true;
       // Positions are moved back onto the constraints, and momenta are projected there.
       renewal.constraints = !system.constraints().empty();

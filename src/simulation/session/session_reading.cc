@@ -77,31 +77,6 @@ const std::vector<AppliedEdit>& Session::edits() const {
 const RunSettings& Session::settings() const {
   return impl_->run.settings;
 }
-const TimeSettings& Session::time_settings() const {
-  return impl_->run.settings.time;
-}
-const SolverSettings& Session::solver_settings() const {
-  return impl_->run.settings.solver;
-}
-const std::vector<MaterialSettings>& Session::materials() const {
-  return impl_->run.settings.materials;
-}
-const Damping& Session::damping() const {
-  return impl_->run.settings.damping;
-}
-const EnvironmentSettings& Session::environment() const {
-  return impl_->run.settings.environment;
-}
-const std::vector<ForceSettings>& Session::forces() const {
-  return impl_->run.settings.loads.force;
-}
-
-const LoadLists& Session::loads() const {
-  return impl_->run.settings.loads;
-}
-std::size_t Session::fix_count() const {
-  return impl_->run.settings.constraints.fixes.size();
-}
 PresentFix Session::fix(std::size_t i) const {
   const PrescribedVertices& held = impl_->run.settings.constraints.fixes.at(i);
   // In an equilibrium the targets are those at the full loads.
@@ -111,9 +86,6 @@ PresentFix Session::fix(std::size_t i) const {
     fix.targets.col(v) = held.motion.position(held.start.col(v), time);
   }
   return fix;
-}
-const std::vector<std::optional<ConstraintSettings>>& Session::constraints() const {
-  return impl_->run.settings.constraints.other_settings;
 }
 double Session::tension(std::size_t i) const {
   const SharedDistance shared = impl_->shared.at(i);

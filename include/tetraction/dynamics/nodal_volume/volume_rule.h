@@ -1,6 +1,10 @@
 // Where the volumetric part of the elastic energy is taken.
 #pragma once
 
+#include <array>
+
+#include "tetraction/core/enum_names.h"
+
 namespace tetraction {
 
 /// How the volumetric part U(J) of a material enters the elastic energy.
@@ -9,7 +13,9 @@ enum class VolumeRule {
   kNodal  ///< Σ_a V_a U(J_a): with averages at the vertices (dynamics/nodal_volume/nodal_volume.h)
 };
 
-/// "element" or "nodal".
-const char* to_string(VolumeRule rule);
+template <>
+struct EnumNames<VolumeRule> {
+  static constexpr std::array names{"element", "nodal"};
+};
 
 }  // namespace tetraction

@@ -3,9 +3,12 @@
 #include <QComboBox>
 #include <QHBoxLayout>
 #include <QLabel>
+#include <tuple>
+#include <type_traits>
 
 #include "load_editor.h"
 #include "panel_layout.h"
+#include "section_form.h"
 #include "simulation/scene/setting_keys.h"
 #include "viewer/gui/widgets/number_field.h"
 #include "viewer/gui/widgets/vector_fields.h"
@@ -65,18 +68,8 @@ SurroundingsPanel::SurroundingsPanel(QWidget* parent) : QWidget(parent) {
   connect(loads_, &LoadEditor::edited, this, &SurroundingsPanel::edited);
   connect(loads_, &LoadEditor::refused, this, &SurroundingsPanel::refused);
 
-  auto* damping = add_group(column, tr("Damping"));
-  drag_ = new NumberSlider(key_info(&Damping::drag), 0.0, 1.0, NumberSlider::Scale::kLinear, this);
-  drag_->setObjectName(QStringLiteral("drag"));
-  damping->addRow(tr("Drag [kg/s]"), drag_);
-  mass_damping_ = new NumberSlider(key_info(&Damping::mass_damping), 0.0, 10.0,
-                                   NumberSlider::Scale::kLinear, this);
-  mass_damping_->setObjectName(QStringLiteral("mass_damping"));
-  damping->addRow(tr("Mass [1/s]"), mass_damping_);
-  viscosity_ = new NumberSlider(key_info(&Damping::viscosity), 0.0, 5000.0,
-                                NumberSlider::Scale::kLinear, this);
-  viscosity_->setObjectName(QStringLiteral("viscosity"));
-  damping->addRow(tr("Viscosity [Pa s]"), viscosity_);
+  std::apply([&](auto... member) { (add_form(column, member), ...); },
+             ChangeableSections::members());
   column->addStretch(1);
 
   connect(kind_, QOverload<int>::of(&QComboBox::activated), this,
@@ -87,26 +80,34 @@ SurroundingsPanel::SurroundingsPanel(QWidget* parent) : QWidget(parent) {
   }
   connect(softening_, &NumberField::entered, this, [this] { environment_edited(false); });
   connect(softening_, &NumberField::refused, this, &SurroundingsPanel::refused);
-  connect(drag_, &NumberSlider::entered, this, [this](double value, bool continues_previous) {
-    damping_edited(tr("Drag %1 kg/s").arg(short_number(value)), continues_previous);
-  });
-  connect(mass_damping_, &NumberSlider::entered, this,
-          [this](double value, bool continues_previous) {
-            damping_edited(tr("Mass damping %1 1/s").arg(short_number(value)), continues_previous);
-          });
-  connect(viscosity_, &NumberSlider::entered, this, [this](double value, bool continues_previous) {
-    damping_edited(tr("Viscosity %1 Pa s").arg(short_number(value)), continues_previous);
-  });
-  for (NumberSlider* slider : {gravity_, attraction_, drag_, mass_damping_, viscosity_}) {
+  for (NumberSlider* slider : {gravity_, attraction_}) {
     connect(slider, &NumberSlider::refused, this, &SurroundingsPanel::refused);
   }
 }
 
+// Sections with choices that depend on each other have panels or groups of their own.
+template <class Section>
+void SurroundingsPanel::add_form(QVBoxLayout* column, Section ChangeableSections::*member) {
+  if constexpr (!std::is_same_v<Section, TimeSettings> &&
+                !std::is_same_v<Section, SolverSettings> &&
+                !std::is_same_v<Section, EnvironmentSettings>) {
+    const SceneSection& section = section_of<Section>();
+    QString title = QString::fromUtf8(section.name).replace(QLatin1Char('_'), QLatin1Char(' '));
+    title.replace(0, 1, title.at(0).toUpper());
+    auto* form = new SectionForm(section, add_group(column, title), this);
+    forms_.emplace_back([this, form, member] { form->show_settings(&(present_.*member)); });
+    connect(form, &SectionForm::edited, this,
+            [this, form, member](const QString& what, bool continues_previous) {
+              form->read(&(present_.*member));
+              emit edited(SetSection<Section>{present_.*member}, what, continues_previous);
+            });
+    connect(form, &SectionForm::refused, this, &SurroundingsPanel::refused);
+  }
+}
+
 void SurroundingsPanel::show_settings(const Settings& settings) {
-  damping_ = settings.damping;
-  drag_->set_value(damping_.drag);
-  mass_damping_->set_value(damping_.mass_damping);
-  viscosity_->set_value(damping_.viscosity);
+  present_ = settings;
+  for (const auto& show : forms_) show();
   environment_ = settings.environment;
   show_environment();
   loads_->show_loads(settings.loads);
@@ -138,11 +139,6 @@ void SurroundingsPanel::show_environment() {
   const bool as_typed = !typed_direction_.isZero(0.0) &&
                         unit_direction(typed_direction_).isApprox(environment_.direction);
   direction_->set_value(as_typed ? typed_direction_ : environment_.direction);
-}
-
-void SurroundingsPanel::damping_edited(const QString& what, bool continues_previous) {
-  damping_ = {drag_->value(), mass_damping_->value(), viscosity_->value()};
-  emit edited(SetDamping{damping_}, what, continues_previous);
 }
 
 void SurroundingsPanel::environment_edited(bool continues_previous) {

@@ -2,11 +2,14 @@
 #pragma once
 
 #include <QWidget>
+#include <functional>
+#include <vector>
 
 #include "viewer/simulation.h"
 
 class QComboBox;
 class QLabel;
+class QVBoxLayout;
 
 namespace tetraction::viewer {
 
@@ -27,12 +30,14 @@ class SurroundingsPanel : public QWidget {
   void refused(const QString& message);
 
  private:
-  void damping_edited(const QString& what, bool continues_previous);
+  template <class Section>
+  void add_form(QVBoxLayout* column, Section ChangeableSections::*member);
   void environment_edited(bool continues_previous);
   void show_environment();
 
-  Damping damping_;
-  EnvironmentSettings environment_;
+  ChangeableSections present_;
+  EnvironmentSettings environment_;           // what the fields show
+  std::vector<std::function<void()>> forms_;  // show the present settings
   QComboBox* kind_;
   LoadEditor* loads_;
   NumberSlider *gravity_, *attraction_;
@@ -40,7 +45,6 @@ class SurroundingsPanel : public QWidget {
   Vector3 typed_direction_ = Vector3::Zero();  // not normalised
   NumberField* softening_;
   QLabel* amplitude_;
-  NumberSlider *drag_, *mass_damping_, *viscosity_;
 };
 
 }  // namespace tetraction::viewer

@@ -76,8 +76,8 @@ void VertexEdits::move_to(const std::vector<Index>& vertices, const EnteredVecto
     return;
   }
   ShiftState edit;
-  edit.shift.vertices = ids(vertices).ids;
-  edit.shift.displacement.assign(vertices.size(), offset_to(vertices, target));
+  edit.change.vertices = ids(vertices).ids;
+  edit.change.displacement.assign(vertices.size(), offset_to(vertices, target));
   simulation_.edit(edit, fmt::format("Move {} to {}", names(vertices), text(target, "m")));
 }
 
@@ -108,10 +108,10 @@ void VertexEdits::set_momentum(const std::vector<Index>& vertices, const Entered
   }
   const auto snapshot = simulation_.snapshot();
   ShiftState edit;
-  edit.shift.vertices = ids(vertices).ids;
+  edit.change.vertices = ids(vertices).ids;
   for (const Index v : vertices) {
     const Vector3 now = vertex_block(snapshot->momentum, v);
-    edit.shift.impulse.emplace_back(value.over(now) - now);
+    edit.change.impulse.emplace_back(value.over(now) - now);
   }
   simulation_.edit(edit, what);
 }
