@@ -1,4 +1,5 @@
-"""Writes the types of the settings of scenes, _settings.pyi, from the library's tables of keys.
+"""Writes the types of the settings and edits of scenes, _settings.pyi and _section_edits.pyi, from the library's
+tables of keys.
 
 Usage: write_stub.py FOLDER_OF_THE_BUILT_PACKAGE
 """
@@ -12,7 +13,7 @@ folder = sys.argv[1]
 sys.path.insert(0, os.path.dirname(folder))
 sys.dont_write_bytecode = True
 
-from tetraction import _settings  # noqa: E402
+from tetraction import _edits, _section_edits, _settings  # noqa: E402
 
 
 def type_of(kind: str) -> str:
@@ -43,7 +44,8 @@ lines = ["# Made by python/write_stub.py from the library's tables of keys.",
          "    _keys: ClassVar[dict[str, tuple[str, str, str, str]]]",
          "    def to_dict(self) -> dict[str, Any]: ...", "",
          "def owned(value: Any) -> Any: ...",
-         "def plain(value: Any) -> Any: ...", ""]  # fmt: skip
+         "def plain(value: Any) -> Any: ...", "",
+         "SINGLE: dict[str, Any]", "LISTS: dict[str, Any]", "CHANGEABLE: list[str]", ""]  # fmt: skip
 for name, kind in vars(_settings).items():
     if not (inspect.isclass(kind) and kind is not _settings.Settings
             and issubclass(kind, _settings.Settings)):  # fmt: skip
@@ -64,7 +66,23 @@ for name, kind in vars(_settings).items():
     lines.append(f"    def copy(self) -> {name}: ...")
     lines.append("")
 
-path = os.path.join(folder, "_settings.pyi")
-with open(path + ".part", "w", encoding="utf-8") as file:
-    file.write("\n".join(lines))
-os.replace(path + ".part", path)
+lines.append("class Sections:")
+for name, kind in _settings.SINGLE.items():
+    type_name = f"{kind.__name__} | CustomMaterial" if name == "material" else kind.__name__
+    lines.append(f"    {name}: {type_name}")
+lines += [f"    {name}: list[{kind.__name__}]" for name, kind in _settings.LISTS.items()]
+lines.append("")
+
+edits = ["# Made by python/write_stub.py from the library's list of sections.",
+         "from typing import Any", "", "from ._edits import Edit", ""]  # fmt: skip
+for name, kind in vars(_section_edits).items():
+    if inspect.isclass(kind) and issubclass(kind, _edits.Edit) and name.startswith("Set"):
+        index = "index: int | None = None, " if kind._section in _settings.LISTS else ""
+        edits += [f"class {name}(Edit):",
+                  f"    def __init__(self, {index}/, **values: Any) -> None: ...", ""]  # fmt: skip
+
+for file_name, text in (("_settings.pyi", lines), ("_section_edits.pyi", edits)):
+    path = os.path.join(folder, file_name)
+    with open(path + ".part", "w", encoding="utf-8") as file:
+        file.write("\n".join(text))
+    os.replace(path + ".part", path)

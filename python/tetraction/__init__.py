@@ -15,28 +15,22 @@ Scenes have the keys of the scene file. Units are those of SI. docs/python.md is
 from . import _core, material
 from ._analyses import Modes, Study, modes, run, static, study
 from ._core import Error, FileError, InputError, NumericalError, OutputError
-from ._edits import (
-    Edit,
-    RemoveConstraint,
-    Set,
+from ._edits import Edit, RemoveConstraint, Set, SetMaterial, SetMomentum, Shift, Unfix
+from ._mesh import Mesh, read_mesh
+from ._scene import CustomMaterial, ForceField, Scene, read_scene
+from ._section_edits import (
     SetBodyForce,
     SetConstraint,
     SetDamping,
     SetEnvironment,
     SetFix,
     SetForce,
-    SetMaterial,
     SetMoment,
-    SetMomentum,
     SetPressure,
     SetSolver,
     SetTime,
     SetTraction,
-    Shift,
-    Unfix,
 )
-from ._mesh import Mesh, read_mesh
-from ._scene import CustomMaterial, ForceField, Scene, read_scene
 from ._session import Session
 from ._settings import (
     Amplitude,

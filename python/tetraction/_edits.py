@@ -4,7 +4,7 @@ Each is one event of a scene file (docs/scene.md, [[event]]), which happens now.
 """
 
 from collections.abc import Sequence
-from typing import Any, ClassVar
+from typing import Any
 
 from . import _core, _settings
 from ._scene import CustomMaterial
@@ -36,90 +36,6 @@ class Set(Edit):
         if unset:
             entry["unset"] = list(unset)
         super().__init__(entry)
-
-
-class _SectionEdit(Edit):
-    _section: ClassVar[str]
-
-    def __init__(self, /, **values: Any) -> None:
-        super().__init__({"set": {f"{self._section}.{k}": v for k, v in values.items()}})
-
-
-class _EntryEdit(Edit):
-    _section: ClassVar[str]
-
-    def __init__(self, index: int | None = None, /, **values: Any) -> None:
-        if index is None:
-            super().__init__({self._section: _settings.plain(values)})
-        else:
-            prefix = f"{self._section}.{int(index)}"
-            super().__init__({"set": {f"{prefix}.{k}": v for k, v in values.items()}})
-
-
-class SetTime(_SectionEdit):
-    """Changes keys of [time]; the others stay: ``SetTime(key=value)``."""
-
-    _section = "time"
-
-
-class SetSolver(_SectionEdit):
-    """Changes keys of [solver]; the others stay: ``SetSolver(key=value)``."""
-
-    _section = "solver"
-
-
-class SetDamping(_SectionEdit):
-    """Changes keys of [damping]; the others stay: ``SetDamping(key=value)``."""
-
-    _section = "damping"
-
-
-class SetEnvironment(_SectionEdit):
-    """Changes keys of [environment]; the others stay: ``SetEnvironment(key=value)``."""
-
-    _section = "environment"
-
-
-class SetFix(_EntryEdit):
-    """Adds a [[fix]], ``SetFix(key=value)``, or changes keys of entry i, ``SetFix(i, key=value)``."""
-
-    _section = "fix"
-
-
-class SetConstraint(_EntryEdit):
-    """Adds a [[constraint]], ``SetConstraint(key=value)``, or changes keys of entry i, ``SetConstraint(i, key=value)``."""
-
-    _section = "constraint"
-
-
-class SetForce(_EntryEdit):
-    """Adds a [[force]], ``SetForce(key=value)``, or changes keys of entry i, ``SetForce(i, key=value)``."""
-
-    _section = "force"
-
-
-class SetMoment(_EntryEdit):
-    """Adds a [[moment]], ``SetMoment(key=value)``, or changes keys of entry i, ``SetMoment(i, key=value)``."""
-
-    _section = "moment"
-
-
-class SetTraction(_EntryEdit):
-    """Adds a [[traction]], ``SetTraction(key=value)``, or changes keys of entry i, ``SetTraction(i, key=value)``."""
-
-    _section = "traction"
-
-
-class SetPressure(_EntryEdit):
-    """Adds a [[pressure]], ``SetPressure(key=value)``, or changes keys of entry i, ``SetPressure(i, key=value)``."""
-
-    _section = "pressure"
-
-
-class SetBodyForce(_EntryEdit):
-    """Adds a [[body_force]], ``SetBodyForce(key=value)``, or changes keys of entry i, ``SetBodyForce(i, key=value)``."""
-
-    _section = "body_force"
 
 
 class SetMaterial(Edit):

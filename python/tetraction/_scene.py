@@ -14,29 +14,8 @@ from numpy.typing import NDArray
 from . import _core, _settings
 from ._toml import document_text
 
-_LISTS: dict[str, Any] = {
-    "material_region": _settings.MaterialRegion,
-    "fix": _settings.Fix,
-    "constraint": _settings.Constraint,
-    "force": _settings.Force,
-    "moment": _settings.Moment,
-    "traction": _settings.Traction,
-    "pressure": _settings.Pressure,
-    "body_force": _settings.BodyForce,
-    "amplitude": _settings.Amplitude,
-    "event": _settings.Event,
-    "probe": _settings.Probe,
-}
-_SINGLE: dict[str, Any] = {
-    "mesh": _settings.MeshSettings,
-    "material": _settings.Material,
-    "time": _settings.Time,
-    "solver": _settings.Solver,
-    "damping": _settings.Damping,
-    "environment": _settings.Environment,
-    "initial": _settings.Initial,
-    "output": _settings.Output,
-}
+_SINGLE = _settings.SINGLE
+_LISTS = _settings.LISTS
 _NAMES = [*_SINGLE, *_LISTS, "selection", "force_field"]
 
 
@@ -209,7 +188,7 @@ class ForceField:
         return self
 
 
-class Scene:
+class Scene(_settings.Sections):
     """The description of a run: the sections of a scene file as attributes.
 
     ``mesh``, ``material``, ``time``, ``solver``, ``damping``, ``environment``, ``initial`` and ``output`` are
@@ -225,25 +204,6 @@ class Scene:
     relative to `folder`.
     """
 
-    mesh: _settings.MeshSettings
-    material: _settings.Material | CustomMaterial
-    time: _settings.Time
-    solver: _settings.Solver
-    damping: _settings.Damping
-    environment: _settings.Environment
-    initial: _settings.Initial
-    output: _settings.Output
-    material_region: list[_settings.MaterialRegion]
-    fix: list[_settings.Fix]
-    constraint: list[_settings.Constraint]
-    force: list[_settings.Force]
-    moment: list[_settings.Moment]
-    traction: list[_settings.Traction]
-    pressure: list[_settings.Pressure]
-    body_force: list[_settings.BodyForce]
-    amplitude: list[_settings.Amplitude]
-    event: list[_settings.Event]
-    probe: list[_settings.Probe]
     selection: dict[str, Any]
     force_field: list[ForceField]
 

@@ -119,27 +119,30 @@ def _class_of(name: str, section: str, more: tuple[str, ...] = ()) -> Any:
     })  # fmt: skip
 
 
-MeshSettings = _class_of("MeshSettings", "mesh")
-Generator = _class_of("Generator", "mesh.generate")
-Material = _class_of("Material", "material")
-MaterialRegion = _class_of("MaterialRegion", "material_region", ("material",))
-MaterialRegion._keys["material"] = (
+def _class_name(section: str) -> str:
+    return "".join(word.capitalize() for word in section.split("_"))
+
+
+_NAMES = {"mesh": "MeshSettings"}  # a Mesh is a mesh
+
+#: The sections of a scene by their names: those that it has once, and the lists.
+SINGLE: dict[str, Any] = {}
+LISTS: dict[str, Any] = {}
+#: Those that edits can change.
+CHANGEABLE: list[str] = []
+for _section, _is_list, _may_change in _core.scene_sections():
+    _name = _NAMES.get(_section, _class_name(_section))
+    _more = ("material",) if _section == "material_region" else ()
+    globals()[_name] = (LISTS if _is_list else SINGLE)[_section] = _class_of(_name, _section, _more)
+    if _may_change:
+        CHANGEABLE.append(_section)
+LISTS["material_region"]._keys["material"] = (
     "CustomMaterial", "", "–", "a material that is written in Python, instead of the keys of a law")
-Time = _class_of("Time", "time")
-Solver = _class_of("Solver", "solver")
-Environment = _class_of("Environment", "environment")
-Damping = _class_of("Damping", "damping")
-Fix = _class_of("Fix", "fix")
-Constraint = _class_of("Constraint", "constraint")
-Force = _class_of("Force", "force")
-Moment = _class_of("Moment", "moment")
-Traction = _class_of("Traction", "traction")
-Pressure = _class_of("Pressure", "pressure")
-BodyForce = _class_of("BodyForce", "body_force")
-Amplitude = _class_of("Amplitude", "amplitude")
-Initial = _class_of("Initial", "initial")
+LISTS["event"] = Event = _class_of("Event", "event")
+Generator = _class_of("Generator", "mesh.generate")
 Momentum = _class_of("Momentum", "initial.momentum")
-Event = _class_of("Event", "event")
 ShiftSettings = _class_of("Shift", "shift")
-Output = _class_of("Output", "output")
-Probe = _class_of("Probe", "probe")
+
+
+class Sections:
+    """The sections of a scene as attributes. Its types are in _settings.pyi."""
