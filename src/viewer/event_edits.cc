@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <set>
 #include <string>
@@ -17,18 +16,10 @@ namespace {
 // The keys of a section that an event sets or unsets. No value if the event does not say which.
 std::optional<std::set<std::string>> named_keys(const EventSettings& event,
                                                 const std::string& section) {
-  if (event.echo.empty()) return std::nullopt;
-  const auto echo = nlohmann::json::parse(event.echo, nullptr, false);
-  if (!echo.is_object() || !(echo.contains("set") || echo.contains("unset"))) return std::nullopt;
+  if (event.changed_keys.empty()) return std::nullopt;
   std::set<std::string> names;
-  const auto add = [&](const std::string& key) {
+  for (const std::string& key : event.changed_keys) {
     if (key.starts_with(section + ".")) names.insert(key.substr(section.size() + 1));
-  };
-  if (echo.contains("set")) {
-    for (const auto& [key, value] : echo.at("set").items()) add(key);
-  }
-  if (echo.contains("unset")) {
-    for (const auto& key : echo.at("unset")) add(key.get<std::string>());
   }
   return names;
 }

@@ -407,6 +407,8 @@ struct EventSettings {
   std::string echo;    ///< as JSON text
   std::string where;   ///< place in the scene, for messages
   std::string note{};  ///< description for people, a comment in a written scene file
+  /// The keys that the event sets or unsets, such as "time.step". Empty if they are not known.
+  std::vector<std::string> changed_keys{};
 };
 
 struct OutputSettings {

@@ -248,6 +248,7 @@ void read_events(const TomlDocument& document, const TomlTable& root,
           table.refuse("unset", fmt::format("names {}, which {}", key, message));
         }));
         changes.push_back({key, {}, changed_at, true});
+        event.changed_keys.push_back(key);
       }
     }
     if (table.has("set")) {
@@ -273,6 +274,7 @@ void read_events(const TomlDocument& document, const TomlTable& root,
                                  now.material_region.size()));
         }
         sections.insert(section);
+        event.changed_keys.emplace_back(name);
         changes.push_back({std::string(key.str()), text_of(set, key.str(), value),
                            fmt::format("{}: event at {} s", set.place(key.str()), at)});
         own_places.insert(changes.back().source);
