@@ -12,118 +12,22 @@
 Scenes have the keys of the scene file. Units are those of SI. docs/python.md is the guide.
 """
 
-from . import _core, material
+from . import _core, _edits, _settings, material
 from ._analyses import Modes, Study, modes, run, static, study
 from ._core import Error, FileError, InputError, NumericalError, OutputError
-from ._edits import (
-    Edit,
-    RemoveConstraint,
-    Set,
-    SetBodyForce,
-    SetConstraint,
-    SetDamping,
-    SetEnvironment,
-    SetFix,
-    SetForce,
-    SetMaterial,
-    SetMoment,
-    SetMomentum,
-    SetPressure,
-    SetSolver,
-    SetTime,
-    SetTraction,
-    Shift,
-    Unfix,
-)
+from ._edits import *
 from ._mesh import Mesh, read_mesh
 from ._scene import CustomMaterial, ForceField, Scene, read_scene
 from ._session import Session
-from ._settings import (
-    Amplitude,
-    BodyForce,
-    Constraint,
-    Damping,
-    Environment,
-    Event,
-    Fix,
-    Force,
-    Generator,
-    Initial,
-    Material,
-    MaterialRegion,
-    MeshSettings,
-    Moment,
-    Momentum,
-    Output,
-    Pressure,
-    Probe,
-    Solver,
-    Time,
-    Traction,
-)
+from ._settings import *
 
 __all__ = [
-    "Amplitude",
-    "BodyForce",
-    "Constraint",
-    "CustomMaterial",
-    "Damping",
-    "Edit",
-    "Environment",
-    "Error",
-    "Event",
-    "FileError",
-    "Fix",
-    "Force",
-    "ForceField",
-    "Generator",
-    "Initial",
-    "InputError",
-    "Material",
-    "MaterialRegion",
-    "Mesh",
-    "MeshSettings",
-    "Modes",
-    "Moment",
-    "Momentum",
-    "NumericalError",
-    "Output",
-    "OutputError",
-    "Pressure",
-    "Probe",
-    "RemoveConstraint",
-    "Scene",
-    "Session",
-    "Set",
-    "SetBodyForce",
-    "SetConstraint",
-    "SetDamping",
-    "SetEnvironment",
-    "SetFix",
-    "SetForce",
-    "SetMaterial",
-    "SetMoment",
-    "SetMomentum",
-    "SetPressure",
-    "SetSolver",
-    "SetTime",
-    "SetTraction",
-    "Shift",
-    "Solver",
-    "Study",
-    "Time",
-    "Traction",
-    "Unfix",
-    "material",
-    "modes",
-    "read_mesh",
-    "read_scene",
-    "run",
-    "set_thread_count",
-    "static",
-    "study",
-    "thread_count",
+    "CustomMaterial", "Error", "FileError", "ForceField", "InputError", "Mesh", "Modes",
+    "NumericalError", "OutputError", "Scene", "Session", "Study", "material", "modes", "read_mesh",
+    "read_scene", "run", "set_thread_count", "static", "study", "thread_count",
 ]
+__all__ += _edits.__all__
+__all__ += _settings.__all__
 
 __version__ = _core.version
 

@@ -9,6 +9,12 @@ from typing import Any, ClassVar
 from . import _core, _settings
 from ._scene import CustomMaterial
 
+__all__ = [
+    "Edit", "RemoveConstraint", "Set", "SetBodyForce", "SetConstraint", "SetDamping",
+    "SetEnvironment", "SetFix", "SetForce", "SetMaterial", "SetMoment", "SetMomentum",
+    "SetPressure", "SetSolver", "SetTime", "SetTraction", "Shift", "Unfix",
+]
+
 
 class Edit:
     """A change between two steps. `entry` is what [[event]] would have for it, without `at`.

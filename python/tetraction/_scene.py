@@ -18,11 +18,7 @@ _LISTS: dict[str, Any] = {
     "material_region": _settings.MaterialRegion,
     "fix": _settings.Fix,
     "constraint": _settings.Constraint,
-    "force": _settings.Force,
-    "moment": _settings.Moment,
-    "traction": _settings.Traction,
-    "pressure": _settings.Pressure,
-    "body_force": _settings.BodyForce,
+    **_settings.LOADS,
     "amplitude": _settings.Amplitude,
     "event": _settings.Event,
     "probe": _settings.Probe,
@@ -209,7 +205,7 @@ class ForceField:
         return self
 
 
-class Scene:
+class Scene(_settings.LoadLists):
     """The description of a run: the sections of a scene file as attributes.
 
     ``mesh``, ``material``, ``time``, ``solver``, ``damping``, ``environment``, ``initial`` and ``output`` are
@@ -236,11 +232,6 @@ class Scene:
     material_region: list[_settings.MaterialRegion]
     fix: list[_settings.Fix]
     constraint: list[_settings.Constraint]
-    force: list[_settings.Force]
-    moment: list[_settings.Moment]
-    traction: list[_settings.Traction]
-    pressure: list[_settings.Pressure]
-    body_force: list[_settings.BodyForce]
     amplitude: list[_settings.Amplitude]
     event: list[_settings.Event]
     probe: list[_settings.Probe]

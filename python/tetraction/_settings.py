@@ -13,6 +13,12 @@ import numpy as np
 
 from . import _core
 
+__all__ = [
+    "Amplitude", "BodyForce", "Constraint", "Damping", "Environment", "Event", "Fix", "Force",
+    "Generator", "Initial", "Material", "MaterialRegion", "MeshSettings", "Moment", "Momentum",
+    "Output", "Pressure", "Probe", "Solver", "Time", "Traction",
+]
+
 
 class Settings:
     """A section of a scene: keys with values, as attributes or as keyword arguments.
@@ -143,3 +149,16 @@ Event = _class_of("Event", "event")
 ShiftSettings = _class_of("Shift", "shift")
 Output = _class_of("Output", "output")
 Probe = _class_of("Probe", "probe")
+
+
+class LoadLists:
+    """The loads of a scene: a list for each kind."""
+
+    force: list[Force]
+    moment: list[Moment]
+    traction: list[Traction]
+    pressure: list[Pressure]
+    body_force: list[BodyForce]
+
+
+LOADS = {kind._section: kind for kind in (Force, Moment, Traction, Pressure, BodyForce)}

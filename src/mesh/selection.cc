@@ -2,14 +2,8 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Geometry>
 #include <algorithm>
-#include <cmath>
-#include <limits>
-#include <numbers>
-#include <unordered_map>
 
-#include "bounding_box.h"
 #include "core/quoting.h"
 #include "named_groups.h"
 #include "tetraction/core/error.h"
@@ -108,7 +102,7 @@ struct VertexMarks {
   }
   template <class Leaf>
   Marks operator()(const Leaf& leaf) const {
-    return marks_of(VertexSelector{mesh}(leaf), mesh.vertices.size());
+    return marks_of(selected_by(mesh, leaf), mesh.vertices.size());
   }
 };
 
