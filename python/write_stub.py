@@ -38,6 +38,7 @@ def type_of(kind: str) -> str:
 lines = ["# Made by python/write_stub.py from the library's tables of keys.",
          "from collections.abc import Sequence", "from typing import Any, ClassVar", "",
          "from numpy.typing import NDArray", "", "from ._scene import CustomMaterial", "",
+         f"__all__ = {_settings.__all__!r}", "",
          "class Settings:",
          "    _section: ClassVar[str]",
          "    _keys: ClassVar[dict[str, tuple[str, str, str, str]]]",
@@ -63,6 +64,11 @@ for name, kind in vars(_settings).items():
     lines.append(f"    def __init__(self, *{arguments}{more}) -> None: ...")
     lines.append(f"    def copy(self) -> {name}: ...")
     lines.append("")
+
+lines += ["LOADS: dict[str, type[Settings]]", "", "class LoadLists:"]
+for name, kind in inspect.get_annotations(_settings.LoadLists).items():
+    lines.append(f"    {name}: list[{kind.__args__[0].__name__}]")
+lines.append("")
 
 path = os.path.join(folder, "_settings.pyi")
 with open(path + ".part", "w", encoding="utf-8") as file:
