@@ -117,9 +117,9 @@ double stretch_limited_step(const ElasticPotential& elastic, const Vector& q, co
         material.with_element(model, e, [&](const auto& m) {
           const auto point = rest.point(i);
           const Matrix3 f = deformation_gradient(point, 0, rest.gather_relative(q, i));
-          const Matrix3 way = deformation_gradient(point, 0, rest.gather_relative(d, i));
+          const Matrix3 change = deformation_gradient(point, 0, rest.gather_relative(d, i));
           const auto margin = [&](double t) {
-            const Matrix3 there = f + t * way;
+            const Matrix3 there = f + t * change;
             return jacobian(there) > 0.0 ? m.stretch_margin(there) : -1.0;
           };
           const double now = margin(0.0);

@@ -13,24 +13,24 @@
 namespace tetraction::testing_support {
 
 /// A rule with a solver.
-struct ImplicitWay {
+struct ImplicitRule {
   Integrator integrator = Integrator::kBackwardEuler;
   SolverSettings solver;
   std::string name;
 };
 
-inline void PrintTo(const ImplicitWay& way, std::ostream* out) {
+inline void PrintTo(const ImplicitRule& way, std::ostream* out) {
   *out << way.name;
 }
 
 /// Every implicit rule with every solver.
-inline std::vector<ImplicitWay> all_implicit_ways() {
+inline std::vector<ImplicitRule> all_implicit_rules() {
   struct Solver {
     const char* kind;
     LinearSolver linear;
     const char* name;
   };
-  std::vector<ImplicitWay> ways;
+  std::vector<ImplicitRule> ways;
   for (const Integrator rule :
        {Integrator::kMidpoint, Integrator::kBackwardEuler, Integrator::kEnergyMomentum}) {
     std::string prefix = to_string(rule);
@@ -42,7 +42,7 @@ inline std::vector<ImplicitWay> all_implicit_ways() {
                                  {"newton", LinearSolver::kFactor, "factor"}}) {
       // Its equations are not those of a minimum.
       if (rule == Integrator::kEnergyMomentum && std::string(solver.kind) == "ceres") continue;
-      ImplicitWay& way = ways.emplace_back();
+      ImplicitRule& way = ways.emplace_back();
       way.integrator = rule;
       way.solver.kind = solver.kind;
       way.solver.linear = solver.linear;
@@ -53,17 +53,17 @@ inline std::vector<ImplicitWay> all_implicit_ways() {
 }
 
 /// Every implicit rule with every solver, and the explicit rules.
-inline std::vector<ImplicitWay> all_ways() {
-  std::vector<ImplicitWay> ways = all_implicit_ways();
+inline std::vector<ImplicitRule> all_rules() {
+  std::vector<ImplicitRule> ways = all_implicit_rules();
   for (const Integrator rule : {Integrator::kExplicit, Integrator::kVerlet}) {
-    ImplicitWay& way = ways.emplace_back();
+    ImplicitRule& way = ways.emplace_back();
     way.integrator = rule;
     way.name = to_string(rule);
   }
   return ways;
 }
 
-inline std::string name_of_way(const testing::TestParamInfo<ImplicitWay>& info) {
+inline std::string name_of_rule(const testing::TestParamInfo<ImplicitRule>& info) {
   return info.param.name;
 }
 

@@ -41,4 +41,13 @@ std::vector<double> balance_shares(const MechanicalSystem& system, const State& 
 /// The number of these numbers, the same in all parts.
 std::size_t balance_share_count(const MechanicalSystem& system);
 
+/// The number of vertices of the body.
+Index global_vertex_count(const MechanicalSystem& system);
+/// The number of tetrahedra of the body.
+Index global_tetrahedron_count(const MechanicalSystem& system);
+/// The number of free coordinates of the body (FreeCoordinates::count()).
+Index global_freedom_count(const MechanicalSystem& system);
+/// The sum of a field (3 per vertex) over the vertices of the body.
+Vector3 global_resultant(const MechanicalSystem& system, const Vector& field);
+
 }  // namespace tetraction

@@ -56,7 +56,7 @@ class MeshPart {
   virtual Vector collect(const Vector& values, Index width) const = 0;
   /// The numbers of the part's vertices out of those of the whole mesh, which process 0 has; elsewhere
   /// `whole_values` is not read. The inverse of collect().
-  virtual Vector hand_out(const Vector& whole_values, Index width) const = 0;
+  virtual Vector scatter(const Vector& whole_values, Index width) const = 0;
 
   /// `own` of each process.
   std::vector<Index> counts_of_parts(Index own) const {

@@ -12,7 +12,7 @@
 #include "cli/console.h"
 #include "cli/scene_source.h"
 #include "commands.h"
-#include "dynamics/steppers/turned_guess.h"
+#include "dynamics/steppers/rotated_guess.h"
 #include "mesh/bounding_box.h"
 #include "mesh_table.h"
 #include "scene_facts.h"

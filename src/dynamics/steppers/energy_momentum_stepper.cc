@@ -14,8 +14,8 @@
 #include "dynamics/problems/solve_to_round_off.h"
 #include "dynamics/terms/term_forces.h"
 #include "implicit_stepper.h"
+#include "rotated_guess.h"
 #include "tetraction/dynamics/body_sums.h"
-#include "turned_guess.h"
 
 namespace tetraction {
 namespace {
@@ -26,8 +26,8 @@ constexpr double kEnergyShare = 1e-13;
 // The largest share with which a step is accepted.
 constexpr double kLargestEnergyShare = 1e-9;
 // Guesses besides those of FirstGuess.
-constexpr int kTurned = FirstGuess::kCount;
-constexpr int kMirrored = kTurned + 1;
+constexpr int kRotated = FirstGuess::kCount;
+constexpr int kMirrored = kRotated + 1;
 constexpr int kGuesses = kMirrored + 1;
 
 class EnergyMomentumStepper : public ImplicitStepper {
@@ -129,8 +129,8 @@ class EnergyMomentumStepper : public ImplicitStepper {
       step_.inertial_guess(work_);
       const Vector3 move =
           2.0 * (center_of_mass(system_, work_) - center_of_mass(system_, from.position));
-      guess_turned(system_, from, 2.0 * step_.step(), move,
-                   i == kMirrored ? GuessedStrain::kMirrored : GuessedStrain::kKept, work_);
+      guess_rotated(system_, from, 2.0 * step_.step(), move,
+                    i == kMirrored ? GuessedStrain::kMirrored : GuessedStrain::kKept, work_);
       return true;
     }
     if (i != kMirrored) return false;

@@ -88,7 +88,7 @@ struct Geometry {
                       const uint16_t* HWY_RESTRICT slots) {
     const Tag tag;
     RecordAccess<Tag>::edges<true>(tag, step.positions, step.displacements, slots, kBatchLanes, e);
-    RecordAccess<Tag>::edges(tag, step.ways, slots, kBatchLanes, d);
+    RecordAccess<Tag>::edges(tag, step.half_steps, slots, kBatchLanes, d);
     inverse_six_volume = Real(hn::Load(tag, rest + 6 * kBatchLanes));
     const Real inverse_volume = Real(6.0) * inverse_six_volume;
     volume = quotient(Real(1.0), inverse_volume);

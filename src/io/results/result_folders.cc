@@ -144,8 +144,8 @@ bool leads_below_here(const fs::path& directory) {
     // What cannot be examined cannot be written to either, and this has its own message.
     if (error && error != std::errc::no_such_file_or_directory) return true;
   }
-  const fs::path way = place.lexically_relative(here);
-  return !way.empty() && way != "." && *way.begin() != "..";
+  const fs::path relative = place.lexically_relative(here);
+  return !relative.empty() && relative != "." && *relative.begin() != "..";
 }
 
 [[noreturn]] void refuse_to_mix(const std::string& directory, const char* there,

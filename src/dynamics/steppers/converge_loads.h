@@ -6,10 +6,10 @@
 
 namespace tetraction {
 
-enum class LoadSettling {
-  kSettled,
-  kUnsettled,  ///< the loads still changed after the last round, or became infinite
-  kNotSolved   ///< a solution with given loads failed
+enum class LoadConvergence {
+  kConverged,
+  kNotConverged,  ///< the loads still changed after the last round, or became infinite
+  kNotSolved      ///< a solution with given loads failed
 };
 
 /// Replaces `load` by that of the solution until both agree. Anderson's acceleration chooses the loads
@@ -17,8 +17,8 @@ enum class LoadSettling {
 /// `is_small(change, load)` says whether they are those of the solution, and `solve_with(load)` finds the
 /// solution with given loads and returns whether there is one.
 template <class LoadOfSolution, class IsSmall, class SolveWith>
-LoadSettling settle_loads(Vector& load, LoadOfSolution&& load_of_solution, IsSmall&& is_small,
-                          SolveWith&& solve_with) {
+LoadConvergence converge_loads(Vector& load, LoadOfSolution&& load_of_solution, IsSmall&& is_small,
+                               SolveWith&& solve_with) {
   constexpr int kRounds = 60;
   AndersonMixing mixing;
   Vector present;
@@ -26,12 +26,12 @@ LoadSettling settle_loads(Vector& load, LoadOfSolution&& load_of_solution, IsSma
   for (int round = 0; round < kRounds; ++round) {
     load_of_solution(present);
     change = present - load;
-    if (is_small(change, present)) return LoadSettling::kSettled;
+    if (is_small(change, present)) return LoadConvergence::kConverged;
     if (!change.allFinite()) break;
     load = mixing.next(load, present);
-    if (!solve_with(load)) return LoadSettling::kNotSolved;
+    if (!solve_with(load)) return LoadConvergence::kNotSolved;
   }
-  return LoadSettling::kUnsettled;
+  return LoadConvergence::kNotConverged;
 }
 
 }  // namespace tetraction

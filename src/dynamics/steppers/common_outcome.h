@@ -11,7 +11,7 @@ namespace tetraction {
 /// parts, goes into the same message between the processes. The failed element stays with the
 /// part that has it, as the first of those that failed; others have −1. The solver's report and
 /// residual_angular_impulse are those of the whole body already. Does nothing without a part.
-void agree(const MeshPart* part, StepOutcome& outcome);
+void make_common(const MeshPart* part, StepOutcome& outcome);
 
 /// a·b over the own vertices (3 per vertex), also of expressions.
 template <class A, class B>
