@@ -163,13 +163,18 @@ Index global_tetrahedron_count(const MechanicalSystem& system) {
                                   : system.mesh().tetrahedron_count();
 }
 
-Index global_freedom_count(const MechanicalSystem& system) {
+Index own_freedom_count(const MechanicalSystem& system) {
   if (system.part() == nullptr) return system.coordinates().count();
   Index own = 0;
   for (Index v = 0; v < system.owned_vertex_count(); ++v) {
     own += system.coordinates().is_free(v) ? 3 : system.coordinates().map(v).count;
   }
-  return static_cast<Index>(sum_over_parts(system.part(), static_cast<double>(own)));
+  return own;
+}
+
+Index global_freedom_count(const MechanicalSystem& system) {
+  return static_cast<Index>(
+      sum_over_parts(system.part(), static_cast<double>(own_freedom_count(system))));
 }
 
 Vector3 global_resultant(const MechanicalSystem& system, const Vector& field) {

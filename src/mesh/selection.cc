@@ -255,18 +255,6 @@ void require_vertices(const TetMesh& mesh) {
 
 }  // namespace
 
-std::string to_string(SetOperation operation) {
-  switch (operation) {
-    case SetOperation::kAllOf:
-      return "all_of";
-    case SetOperation::kAnyOf:
-      return "any_of";
-    case SetOperation::kNot:
-      return "not";
-  }
-  return "unknown";
-}
-
 // Written out, because clang 14 does not survive defaulted comparisons of a type that contains itself.
 bool SelectSet::operator==(const SelectSet& other) const {
   return operation == other.operation && of == other.of;

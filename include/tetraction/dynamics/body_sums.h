@@ -50,4 +50,15 @@ Index global_freedom_count(const MechanicalSystem& system);
 /// The sum of a field (3 per vertex) over the vertices of the body.
 Vector3 global_resultant(const MechanicalSystem& system, const Vector& field);
 
+/// The number of free coordinates of the own vertices. They come first.
+Index own_freedom_count(const MechanicalSystem& system);
+/// a·b over the own vertices (3 per vertex), also of expressions.
+template <class A, class B>
+double own_dot(const MechanicalSystem& system, const Eigen::MatrixBase<A>& a,
+               const Eigen::MatrixBase<B>& b) {
+  if (system.part() == nullptr) return a.dot(b);
+  const Index size = 3 * system.owned_vertex_count();
+  return a.head(size).dot(b.head(size));
+}
+
 }  // namespace tetraction

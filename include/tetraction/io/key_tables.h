@@ -9,7 +9,7 @@ namespace tetraction {
 /// The sections whose keys have a table: "mesh", "time", …, "select.plane".
 std::vector<std::string> key_table_names();
 
-/// What there is to say of a key of a section.
+/// The description of a key of a section.
 struct KeyDescription {
   std::string name;
   std::string type;      ///< with the unit: "number, m/s"

@@ -52,7 +52,7 @@ std::string stop_before_first(const std::string& directory) {
       files.front().step);
 }
 
-// What differs between the inputs of a checkpoint and those of the session.
+// The differences between the inputs of a checkpoint and those of the session.
 std::vector<std::string> changes(const StoredCheckpoint& stored, const RunInputs& inputs,
                                  const BodyIdentity& body) {
   std::vector<std::string> parts = changed_keys(stored.inputs.scene, inputs.scene);
@@ -185,7 +185,7 @@ ResumePoint find_resume_point(const Session& session, const BodyIdentity& body,
 
   const Index steps = index_or(member_of(summary, "steps"), -1);
   const double time = number_or(member_of(summary, "time"), -1.0);
-  // What has no steps and no time is not the summary of a run.
+  // A file without steps and time is not the summary of a run.
   if (member_of(summary, "status") == "ok" && steps >= 0 && time >= 0.0) {
     const Json& before = member_of(summary, "scene");
     std::vector<std::string> since = changed_keys(

@@ -17,7 +17,7 @@
 namespace tetraction {
 namespace {
 
-// What time.retry and time.adapt did, or an empty text.
+// A report of time.retry and time.adapt, or an empty text.
 std::string step_control_text(const Session& session) {
   const StepControl& control = session.step_control();
   const TimeSettings& time = session.time_settings();

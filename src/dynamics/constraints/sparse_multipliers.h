@@ -65,7 +65,7 @@ using SparseSolution =
     SharedSolution<Eigen::SimplicialLDLT<Constraints::SparseMatrix>, Constraints::SparseMatrix>;
 using DenseSolution = SharedSolution<Eigen::LLT<Matrix>, Matrix>;
 
-/// What solve_multipliers() finds, for a response that is sparse (of explicit steps) or dense. The
+/// The result of solve_multipliers(), for a response that is sparse (of explicit steps) or dense. The
 /// rounds neglect the curvature of g beside the stiffness, so that they converge linearly.
 template <class Solution, class Response>
 MultiplierSolution solve_many(const Constraints& constraints, const Vector& free_end,

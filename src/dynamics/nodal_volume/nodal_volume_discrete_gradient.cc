@@ -92,7 +92,7 @@ class VolumeSteps {
   const Vector& half_step_;
 };
 
-// Of every patch: the secant of U between both ends, and for a direction its change.
+// The secant of U between both ends for every patch, and its change in a direction.
 struct Secants {
   Vector value;
   Vector change;

@@ -89,7 +89,7 @@ double least_eigenvalue(const HessianBlocks& hessian) {
   return size > 0.0 ? least / size : 0.0;
 }
 
-// What the difference of energies between two points must be, divided by their distance: the first derivative here, or
+// The expected difference of energies between two points, divided by their distance: the first derivative here, or
 // its mean if its own derivative jumps here.
 double mean_slope(double low, double here, double high, bool jumps) {
   return jumps ? 0.25 * (low + 2.0 * here + high) : here;

@@ -5,7 +5,6 @@
 #include <limits>
 #include <vector>
 
-#include "dynamics/steppers/common_outcome.h"
 #include "tetraction/core/parallel.h"
 #include "tetraction/dynamics/body_sums.h"
 

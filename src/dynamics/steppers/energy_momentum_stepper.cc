@@ -16,6 +16,7 @@
 #include "implicit_stepper.h"
 #include "rotated_guess.h"
 #include "tetraction/dynamics/body_sums.h"
+#include "tetraction/fem/step_length.h"
 
 namespace tetraction {
 namespace {
@@ -104,8 +105,23 @@ class EnergyMomentumStepper : public ImplicitStepper {
     if (find(from, end_time, outcome) && solve_again(from, outcome)) return true;
     outcome.status = StepStatus::kNotConverged;
     outcome.message = "the equations of the energy-momentum step have no solution near any guess" +
-                      (message.empty() ? std::string() : ": " + message);
+                      (message.empty() ? std::string() : ": " + message) + note_on_limit(from);
     return false;
+  }
+
+  // A remark for messages where the motion reaches the limit of the stretch of a material.
+  std::string note_on_limit(const State& from) {
+    constexpr double kNear = 0.1;
+    const ElasticPotential& elastic = system_.elastic();
+    if (!has_stretch_limit(elastic)) return {};
+    step_.inertial_guess(work_);
+    const Vector end = 2.0 * work_ - from.position;
+    if (std::min(least_stretch_margin(elastic, from.position), least_stretch_margin(elastic, end)) >
+        kNear)
+      return {};
+    return "; a material comes to the limit of its stretch, where its energy grows like "
+           "-ln(margin) without bound: "
+           "take a smaller step or another rule";
   }
 
   // Where every vertex is held, constraints' equations need no forces, but they must be met.
@@ -198,7 +214,7 @@ class EnergyMomentumStepper : public ImplicitStepper {
       all.residual_limit = reached.residual_limit;
       all.asked_limit = reached.asked_limit;
       all.message = reached.message;
-      // What is left is round-off.
+      // The rest is round-off.
       const bool is_at_floor = report.termination == Termination::kNoProgress &&
                                report.residual <= kRoundOffMargin * round_off;
       if (is_at_floor)

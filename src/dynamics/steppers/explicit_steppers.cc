@@ -10,7 +10,6 @@
 #include "common_outcome.h"
 #include "dynamics/terms/term_forces.h"
 #include "dynamics/terms/vertex_kernels.h"
-#include "finite_outcome.h"
 #include "force_cache.h"
 #include "tetraction/core/parallel.h"
 #include "tetraction/dynamics/body_sums.h"

@@ -6,7 +6,7 @@
 #include "common_outcome.h"
 #include "converge_loads.h"
 #include "dynamics/terms/term_forces.h"
-#include "finite_outcome.h"
+#include "tetraction/dynamics/body_sums.h"
 
 namespace tetraction {
 

@@ -5,7 +5,7 @@
 
 namespace tetraction {
 
-/// What the strains do in a step.
+/// The change of the strains in a step.
 enum class GuessedStrain {
   kKept,     ///< they turn with the body
   kMirrored  ///< they change their sign, as those of vibrations do that are much faster than the step

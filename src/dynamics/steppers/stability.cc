@@ -330,7 +330,7 @@ StabilityLimit stability_limit(const MechanicalSystem& system, const Vector& q, 
 struct StabilityTracker::Impl {
   explicit Impl(const MechanicalSystem& body) : system(body), op(body) {}
 
-  // What was done since the last set_…(), as measured.
+  // Counts the work since the last set_…().
   void count() {
     cost += op.is_fast() ? 2.0 + 0.75 * static_cast<double>(op.products())
                          : 3.5 * static_cast<double>(op.products());

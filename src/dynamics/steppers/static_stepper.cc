@@ -210,7 +210,7 @@ class Implementation : public StaticStepper {
       term->add_gradient(system_.force_point(x, problem_.time()), gradient_);
       all.add(-factor * gradient_, x, about);
     }
-    // What the solver may leave at each vertex adds up.
+    // Residuals that the solver may leave at the vertices add up.
     const double left = std::sqrt(static_cast<double>(system_.vertex_count())) *
                         std::max(outcome.minimizer.residual, outcome.minimizer.residual_limit);
     const double size = bounding_box(system_.mesh()).diagonal();

@@ -66,7 +66,7 @@ struct PrincipalFrame {
     metric(el, c);
     return PrincipalFrame(l, refined(of(c), el));
   }
-  /// Of a metric c of edges, which is that of B = e L pushed to Lᵀ c L.
+  /// From a metric c of edges, which is that of B = e L pushed to Lᵀ c L.
   static HWY_INLINE PrincipalFrame of_metric(Tag tag, const Symmetric<Vec>& c,
                                              const Columns<Vec>& l) {
     Columns<Vec> cl;

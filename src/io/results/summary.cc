@@ -201,7 +201,7 @@ std::string summary_json(const Session& session, const std::string& directory,
   json["wall_seconds"] = {{"mesh", times.mesh},           {"setup", times.setup},
                           {"stability", times.stability}, {"stepping", times.stepping},
                           {"output", times.output},       {"total", times.total()}};
-  // Of several processes, that with the most.
+  // The largest of several processes.
   json["peak_memory_bytes"] = static_cast<std::uint64_t>(
       largest_of_parts(system.part(), static_cast<double>(peak_memory_bytes())));
   if (system.part() != nullptr) json["processes"] = system.part()->count();

@@ -28,7 +28,7 @@ enum class Stage {
 // One [[event]] that is being written.
 struct Block {
   // Place of the last edit in the reader's order.
-  // Of loads that are added, the number is that of the kind.
+  // The number of a load that is added is that of its kind.
   using Place = std::tuple<Stage, std::string, std::optional<std::size_t>>;
   std::optional<Place> last;
   std::vector<std::string> unset;

@@ -115,7 +115,7 @@ class Part {
     Matrix6 restraint = normalized(constraint_restraint());
     if (potentials.any) restraint += potential_restraint(potentials);
     const SymmetricEigen eigen = symmetric_eigen(Matrix(restraint));
-    // What restrains a motion at all is about 1.
+    // Any restraint of a motion is about 1.
     const double limit = kFree * std::max(1.0, eigen.values[5]);
     Index count = 0;
     while (count < 6 && eigen.values[count] <= limit) ++count;

@@ -32,7 +32,7 @@ namespace tetraction {
 /// found even if the gradient has no component along it, as in a symmetric body. The additional
 /// cost is small.
 ///
-/// Of a body in parts (mesh/mesh_part.h) every process works on its part: its own vertices, and copies of
+/// For a body in parts (mesh/mesh_part.h) every process works on its part: its own vertices, and copies of
 /// vertices of others, which get the same bits everywhere. A product exchanges the elastic forces on shared
 /// vertices, and sums are over own vertices. All processes must call the same functions.
 ///
@@ -81,7 +81,7 @@ class MatrixFreeCg {
  private:
   using Record = Eigen::Matrix<T, 4, 1>;
   using CoarseMotion = typename CoarseSpace<T>::Motion;
-  // What a motion (t, ω) of a group does to its vertices.
+  // The velocities of the vertices of a group in a motion (t, ω).
   struct RigidMotion {
     Record t, x, y, z;  // and ω × the unit vectors
     explicit RigidMotion(const CoarseMotion& motion) {

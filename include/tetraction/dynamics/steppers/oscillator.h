@@ -1,4 +1,4 @@
-// What the time-stepping rules do to one mode of vibration.
+// The effect of the time-stepping rules on one mode of vibration.
 #pragma once
 
 #include "tetraction/dynamics/steppers/integrator.h"
