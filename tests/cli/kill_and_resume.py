@@ -95,23 +95,23 @@ def scene_of(time_keys, solver="", step=4.0e-3, steps=150, distance=DISTANCE):
 
 def ways():
     explicit = {"step": 2.0e-4, "steps": 1500}
-    all_rules = {}
+    all_ways = {}
     for rule in ("verlet", "explicit"):
         keys = f'integrator = "{rule}"'
-        all_rules[rule] = scene_of(keys, distance="", **explicit)
-        all_rules[rule + "-distance"] = scene_of(keys, **explicit)
-        all_rules[rule + "-auto"] = scene_of(keys + '\nstep = "auto"', distance="", **explicit)
-        all_rules[rule + "-error"] = scene_of(keys + '\nadapt = "error"', distance="", **explicit)
+        all_ways[rule] = scene_of(keys, distance="", **explicit)
+        all_ways[rule + "-distance"] = scene_of(keys, **explicit)
+        all_ways[rule + "-auto"] = scene_of(keys + '\nstep = "auto"', distance="", **explicit)
+        all_ways[rule + "-error"] = scene_of(keys + '\nadapt = "error"', distance="", **explicit)
     for rule in ("midpoint", "backward-euler", "energy-momentum"):
         keys = f'integrator = "{rule}"'
         for linear in ("auto", "matrix-free", "cg", "factor"):
-            all_rules[f"{rule}-{linear}"] = scene_of(keys, f'linear = "{linear}"')
+            all_ways[f"{rule}-{linear}"] = scene_of(keys, f'linear = "{linear}"')
         if rule != "energy-momentum":
-            all_rules[f"{rule}-ceres"] = scene_of(keys, 'kind = "ceres"', steps=60)
-        all_rules[f"{rule}-retry"] = scene_of(keys + "\nretry = 6", "max_iterations = 4")
-        all_rules[f"{rule}-error"] = scene_of(keys + '\nadapt = "error"\ntolerance = 1e-5')
-    all_rules["midpoint-energy"] = scene_of('integrator = "midpoint"\nadapt = "energy"', steps=80)
-    return all_rules
+            all_ways[f"{rule}-ceres"] = scene_of(keys, 'kind = "ceres"', steps=60)
+        all_ways[f"{rule}-retry"] = scene_of(keys + "\nretry = 6", "max_iterations = 4")
+        all_ways[f"{rule}-error"] = scene_of(keys + '\nadapt = "error"\ntolerance = 1e-5')
+    all_ways["midpoint-energy"] = scene_of('integrator = "midpoint"\nadapt = "energy"', steps=80)
+    return all_ways
 
 
 def results_of(directory):
@@ -216,8 +216,8 @@ def main():
     parser.add_argument("--ways", default="", help="names, separated by commas; default: all")
     parser.add_argument("--threads", type=int, default=0)
     arguments = parser.parse_args()
-    all_rules = ways()
-    names = arguments.ways.split(",") if arguments.ways else list(all_rules)
+    all_ways = ways()
+    names = arguments.ways.split(",") if arguments.ways else list(all_ways)
     generator = random.Random(arguments.seed)
     folder = tempfile.mkdtemp(prefix="tetraction-kills-")
     runs = Runs(os.path.abspath(arguments.program), folder, arguments.threads)
@@ -227,7 +227,7 @@ def main():
             share = arguments.kills * (i + 1) // len(names) - arguments.kills * i // len(names)
             if share == 0:
                 continue
-            result = runs.kill_and_resume(name, all_rules[name], share, generator)
+            result = runs.kill_and_resume(name, all_ways[name], share, generator)
             total, completed, cut = (a + b for a, b in zip((total, completed, cut), result))
             print(f"{name}: {result[0]} kills, {result[1]} runs compared", flush=True)
     finally:

@@ -345,10 +345,10 @@ class Kills(ResumeTest):
     def test_killed_runs_have_the_same_bits_as_one_run(self):
         generator = random.Random(16)
         runs = Runs(PROGRAM, self.folder, 0)
-        all_rules = ways()
+        all_ways = ways()
         for name in ("verlet-distance", "midpoint-auto", "midpoint-error", "energy-momentum-auto",
                      "backward-euler-factor"):  # fmt: skip
-            made, completed, _ = runs.kill_and_resume(name, all_rules[name], 2, generator)
+            made, completed, _ = runs.kill_and_resume(name, all_ways[name], 2, generator)
             self.assertGreaterEqual(made, 2)
             self.assertGreaterEqual(completed, 1)
 

@@ -23,9 +23,9 @@ std::unique_ptr<MechanicalSystem> busy_body() {
   return body;
 }
 
-class Steppers : public testing::TestWithParam<ImplicitRule> {};
+class Steppers : public testing::TestWithParam<RuleWithSolver> {};
 
-INSTANTIATE_TEST_SUITE_P(All, Steppers, testing::ValuesIn(all_rules()), name_of_rule);
+INSTANTIATE_TEST_SUITE_P(All, Steppers, testing::ValuesIn(rules_with_solvers()), name_with_solver);
 
 TEST_P(Steppers, WriteTheirResultToAnotherStateAndLeaveTheFirstAlone) {
   const auto body = busy_body();

@@ -10,7 +10,7 @@ namespace {
 
 using namespace testing_support;
 
-class ImplicitCorner : public testing::TestWithParam<ImplicitRule> {
+class ImplicitCorner : public testing::TestWithParam<RuleWithSolver> {
  protected:
   Scene with_way(Scene scene, double step, double end) const {
     scene.time = {GetParam().integrator, step, false, end};
@@ -21,19 +21,19 @@ class ImplicitCorner : public testing::TestWithParam<ImplicitRule> {
   bool ceres() const { return GetParam().solver.kind == "ceres"; }
 };
 
-INSTANTIATE_TEST_SUITE_P(All, ImplicitCorner, testing::ValuesIn(all_implicit_rules()),
-                         name_of_rule);
+INSTANTIATE_TEST_SUITE_P(All, ImplicitCorner, testing::ValuesIn(implicit_rules_with_solvers()),
+                         name_with_solver);
 
 // What comes to rest, or crosses what the midpoint rule itself inverts: with backward Euler alone.
 class RestCorner : public ImplicitCorner {};
-std::vector<ImplicitRule> ways_to_rest() {
-  std::vector<ImplicitRule> ways = all_implicit_rules();
+std::vector<RuleWithSolver> ways_to_rest() {
+  std::vector<RuleWithSolver> ways = implicit_rules_with_solvers();
   std::erase_if(
-      ways, [](const ImplicitRule& way) { return way.integrator != Integrator::kBackwardEuler; });
+      ways, [](const RuleWithSolver& way) { return way.integrator != Integrator::kBackwardEuler; });
   return ways;
 }
 
-INSTANTIATE_TEST_SUITE_P(All, RestCorner, testing::ValuesIn(ways_to_rest()), name_of_rule);
+INSTANTIATE_TEST_SUITE_P(All, RestCorner, testing::ValuesIn(ways_to_rest()), name_with_solver);
 
 // A steel sheet a two-thousandth as thick as it is long, standing on its narrow side.
 Scene steel_sheet() {
