@@ -12,7 +12,7 @@
 namespace tetraction {
 namespace {
 
-// Of this command or of those above it, or null.
+// The option of this command or of those above it, or null.
 const CLI::Option* find_option(const CLI::App* command, const std::string& name) {
   for (; command != nullptr; command = command->get_parent()) {
     if (const CLI::Option* option = command->get_option_no_throw(name)) return option;

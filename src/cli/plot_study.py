@@ -49,7 +49,9 @@ STYLE = {
     "backward-euler": {"color": "#009E73", "marker": "D", "ms": 4.0, "ls": DASH_DOT},
     "energy-momentum": {"color": "#CC79A7", "marker": "v", "ms": 5.0, "ls": DASHED},
 }
-OTHER = {"color": "#555555", "marker": "P", "ms": 5.0, "ls": "-"}
+# Rules that the list lacks.
+FURTHER = [{"color": color, "marker": marker, "ms": 5.0, "ls": "-"}
+           for color, marker in (("#555555", "P"), ("#56B4E9", "X"), ("#000000", "p"))]  # fmt: skip
 LINES = ["-", DASHED, DASH_DOT, DOTTED, (0, (7, 1.5)), (0, (6, 1, 1, 1, 1, 1))]
 GREY, PALE = "#555555", "#ececec"
 BEHIND_TEXT = {"fc": "white", "ec": "none", "pad": 0.8}
@@ -255,20 +257,23 @@ def ended_well(run):
     return run.get("status") == "ok"
 
 
+def style_of(rule):
+    return STYLE.get(rule) or FURTHER[sum(rule.encode()) % len(FURTHER)]
+
+
 def by_integrator(runs):
     groups = {}
     for run in sorted(runs, key=lambda run: run["step"]):
         groups.setdefault(run["integrator"], []).append(run)
-    order = list(STYLE)
-    rank = {name: order.index(name) for name in order}
+    rank = {name: number for number, name in enumerate(STYLE)}
     return dict(sorted(groups.items(),
-                       key=lambda g: rank.get(g[1][0]["rule"], len(order))))  # fmt: skip
+                       key=lambda g: rank.get(g[1][0]["rule"], len(rank))))  # fmt: skip
 
 
 def looks_of(study, runs):
     """Of the curve of these runs: colour and marker are the integrator's. With variants, the line is
     the variant's. Another solver is a ring around the point that it should agree with."""
-    own = dict(STYLE.get(runs[0]["rule"], OTHER), mfc="none", mew=1.0)
+    own = dict(style_of(runs[0]["rule"]), mfc="none", mew=1.0)
     if len(study["variants"]) > 1:
         own["ls"] = LINES[study["variants"].index(str(runs[0].get("variant"))) % len(LINES)]
     if any(run.get("compares_solver") for run in runs):
@@ -467,7 +472,7 @@ def over_time(study, folder, name, title, ylabel, value_of, round_off_of=None):
             panel.set_visible(False)
             continue
         integrator, runs = list(groups.items())[index]
-        color = STYLE.get(runs[0]["rule"], OTHER)["color"]
+        color = style_of(runs[0]["rule"])["color"]
         panel.set_title(plain(integrator), weight="bold", color=color, pad=3)
         decades(panel, low, high)
         bottom, top = panel.get_ylim()

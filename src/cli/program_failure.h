@@ -1,4 +1,4 @@
-// What an exception means for the program.
+// The meaning of an exception for the program.
 #pragma once
 
 #include <string>
@@ -17,7 +17,7 @@ struct ProgramFailure {
   std::string message;
 };
 
-/// Of the exception that is being handled. To be called in a catch block.
+/// The failure of the exception that is being handled. Call it in a catch block.
 ProgramFailure present_failure();
 
 }  // namespace tetraction

@@ -32,4 +32,7 @@ struct SingularVectors {
 /// The singular vectors of a = u S vᵀ, in the order of descending singular values.
 SingularVectors singular_vectors(const Matrix& a);
 
+/// The rotation R of the polar decomposition of a, det R = +1 always (Kabsch's sign).
+Matrix3 proper_rotation(const Matrix3& a);
+
 }  // namespace tetraction

@@ -6,7 +6,6 @@
 #include <limits>
 
 #include "core/decompositions.h"
-#include "dynamics/constraints/proper_rotation.h"
 #include "quadratic_element.h"
 #include "tetraction/core/parallel.h"
 #include "tetraction/dynamics/body_sums.h"

@@ -16,7 +16,7 @@
 namespace tetraction {
 namespace {
 
-// What vertices may do, where those count as free that supports move, or hold elsewhere than at rest.
+// The motions that vertices may make. Those count as free that supports move, or hold elsewhere than at rest.
 FreeCoordinates coordinates_at_rest(const Constraints& constraints, const Vector& rest) {
   const FreeCoordinates& all = constraints.coordinates();
   Vector held = rest;

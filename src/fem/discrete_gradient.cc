@@ -97,7 +97,7 @@ DiscreteGradient::DiscreteGradient(const ElasticPotential& elastic)
 EvaluationStatus DiscreteGradient::add(const Step& step, Vector& gradient) const {
   if (!run(step, nullptr)) {
     // The first element that is not admissible at the end of the step.
-    Vector end = step.middle.origin() + step.way;
+    Vector end = step.middle.origin() + step.half_step;
     if (step.middle.displacement() != nullptr) end += *step.middle.displacement();
     const EvaluationStatus found = elastic_.admissible(end);
     return found.ok() ? EvaluationStatus{0} : found;
@@ -147,8 +147,8 @@ bool DiscreteGradient::run_block(Index b, const Step& step, const Vector* direct
       std::fill(fields[1].begin(), fields[1].end(), 0.0);
     }
     at.displacements = fields[1].data();
-    blocks_.load_displacements(block, step.way.data(), fields[2].data());
-    at.ways = fields[2].data();
+    blocks_.load_displacements(block, step.half_step.data(), fields[2].data());
+    at.half_steps = fields[2].data();
     if (direction == nullptr) {
       return add_discrete_gradient(BlockAccess::batches(elastic_, b), *model, at, records);
     }
@@ -164,7 +164,8 @@ bool DiscreteGradient::run_block(Index b, const Step& step, const Vector* direct
     return deformation_gradient(rest.point(i), 0, rest.gather_relative(field, i));
   };
   const auto deformation_at = [&](Index i) {
-    return DeformationStep{gradient_of(step.middle, i), gradient_of(step.way, i), step.viscous};
+    return DeformationStep{gradient_of(step.middle, i), gradient_of(step.half_step, i),
+                           step.viscous};
   };
   // P̄, or its derivative in the direction.
   const auto stress_at = [&](Index i, const auto& m,

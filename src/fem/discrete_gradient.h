@@ -25,7 +25,7 @@ class DiscreteGradient {
   /// A step by its mean positions x = (q_k + q_{k+1})/2 and x − q_k (3 per vertex, m).
   struct Step {
     const Positions& middle;  ///< x
-    const Vector& way;        ///< x − q_k
+    const Vector& half_step;  ///< x − q_k
     double viscous = 0.0;     ///< f, Pa
   };
   /// gradient += f̄ (3 per vertex, N). Fails where the energy is not defined at q_{k+1}; then the

@@ -132,9 +132,10 @@ class MeanStress {
     if ((z * z).trace() < kSmallStep * kSmallStep) {
       double sum = 0.0;
       for (int i = 0; i < 2; ++i) {
-        const Matrix3 way = kGaussPoints[i] * change_;
-        const double pair = contract(StressOfMetric<M>(material_, mean_ + way).stress(), change_) +
-                            contract(StressOfMetric<M>(material_, mean_ - way).stress(), change_);
+        const Matrix3 change = kGaussPoints[i] * change_;
+        const double pair =
+            contract(StressOfMetric<M>(material_, mean_ + change).stress(), change_) +
+            contract(StressOfMetric<M>(material_, mean_ - change).stress(), change_);
         sum += 0.5 * kGaussWeights[i] * (pair - 2.0 * middle);
       }
       return sum;

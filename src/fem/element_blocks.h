@@ -279,7 +279,7 @@ class ElementBlocks {
   std::vector<std::int32_t> point_;
   std::vector<std::int32_t> record_vertex_;  // −1 for padding
   int points_ = 1;                           // per element
-  // Of quadratic elements in the order of the lanes: the records of their nodes, counted from the
+  // Quadratic elements have, in the order of the lanes, the records of their nodes, counted from the
   // first of the block.
   std::vector<NodeRecords> node_records_;
   std::vector<std::int32_t> vertex_record_begin_;

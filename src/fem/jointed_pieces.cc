@@ -12,7 +12,7 @@
 namespace tetraction {
 namespace {
 
-// What restrains a motion at all has an eigenvalue of about the square of a lever over a size.
+// A restraint of a motion has an eigenvalue of about the square of a lever over a size.
 constexpr double kFree = 1e-12;
 
 // A quadratic form whose largest diagonal entry is 1, or 0.

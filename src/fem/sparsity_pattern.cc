@@ -15,7 +15,7 @@
 namespace tetraction {
 namespace {
 
-// Of the coordinates of two vertices.
+// The columns of the coordinates of two vertices.
 using SharedColumns = Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, 12>;
 using SharedBlock = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 12, 12>;
 

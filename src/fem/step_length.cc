@@ -60,6 +60,38 @@ void with_limited(const MaterialField& material, const Body& body) {
       material.model());
 }
 
+// The least number to which body(i, least) reduces `longest` at the quadrature points i.
+template <class Body>
+double least_of_points(const RestState& rest, double longest, const Body& body) {
+  double least = longest;
+  std::mutex mutex;
+  parallel_for(rest.point_count(), 512, [&](Index begin, Index end) {
+    double own = longest;
+    for (Index i = begin; i < end; ++i) body(i, own);
+    const std::lock_guard<std::mutex> lock(mutex);
+    least = std::min(least, own);
+  });
+  return least;
+}
+
+// The same with body(m, i, least) at the points of materials m that have a limit of their stretch.
+template <class Body>
+double least_of_limited(const ElasticPotential& elastic, double longest, const Body& body) {
+  return least_of_points(elastic.rest(), longest, [&](Index i, double& least) {
+    const Index e = elastic.rest().element_of(i);
+    const MaterialField& material =
+        elastic.materials()[static_cast<std::size_t>(elastic.material_index(e))];
+    with_limited(material, [&](const auto& model) {
+      material.with_element(model, e, [&](const auto& m) { body(m, i, least); });
+    });
+  });
+}
+
+template <class M>
+double margin_of(const M& m, const Matrix3& f) {
+  return jacobian(f) > 0.0 ? m.stretch_margin(f) : -1.0;
+}
+
 // The largest t ≤ longest, up to a tenth, such that margin(t) is above `least` on the way.
 template <class Margin>
 double limited_fraction(const Margin& margin, double least, double longest) {
@@ -104,56 +136,37 @@ bool has_stretch_limit(const ElasticPotential& elastic) {
 double stretch_limited_step(const ElasticPotential& elastic, const Vector& q, const Vector& d,
                             double longest) {
   constexpr double kLeastShare = 0.1;
-  const RestState& rest = elastic.rest();
-  double step = longest;
-  std::mutex mutex;
-  parallel_for(rest.point_count(), 512, [&](Index begin, Index end) {
-    double own = longest;
-    for (Index i = begin; i < end; ++i) {
-      const Index e = rest.element_of(i);
-      const MaterialField& material =
-          elastic.materials()[static_cast<std::size_t>(elastic.material_index(e))];
-      with_limited(material, [&](const auto& model) {
-        material.with_element(model, e, [&](const auto& m) {
-          const auto point = rest.point(i);
-          const Matrix3 f = deformation_gradient(point, 0, rest.gather_relative(q, i));
-          const Matrix3 way = deformation_gradient(point, 0, rest.gather_relative(d, i));
-          const auto margin = [&](double t) {
-            const Matrix3 there = f + t * way;
-            return jacobian(there) > 0.0 ? m.stretch_margin(there) : -1.0;
-          };
-          const double now = margin(0.0);
-          if (now > 0.0) own = std::min(own, limited_fraction(margin, kLeastShare * now, own));
-        });
-      });
-    }
-    const std::lock_guard<std::mutex> lock(mutex);
-    step = std::min(step, own);
+  return least_of_limited(elastic, longest, [&](const auto& m, Index i, double& own) {
+    const auto point = elastic.rest().point(i);
+    const Matrix3 f = deformation_gradient(point, 0, elastic.rest().gather_relative(q, i));
+    const Matrix3 change = deformation_gradient(point, 0, elastic.rest().gather_relative(d, i));
+    const auto margin = [&](double t) { return margin_of(m, f + t * change); };
+    const double now = margin(0.0);
+    if (now > 0.0) own = std::min(own, limited_fraction(margin, kLeastShare * now, own));
   });
-  return step;
+}
+
+double least_stretch_margin(const ElasticPotential& elastic, const Vector& q) {
+  return least_of_limited(elastic, 1.0, [&](const auto& m, Index i, double& own) {
+    const RestState& rest = elastic.rest();
+    own = std::min(
+        own, margin_of(m, deformation_gradient(rest.point(i), 0, rest.gather_relative(q, i))));
+  });
 }
 
 double admissible_step(const RestState& rest, const Vector& q, const Vector& d,
                        const std::function<bool(Index)>& counts) {
   constexpr double kLeastRatio = 0.1;
-  double step = 1.0;
-  std::mutex mutex;
-  parallel_for(rest.point_count(), 512, [&](Index begin, Index end) {
-    double own = 1.0;
-    for (Index i = begin; i < end; ++i) {
-      if (counts && !counts(rest.element_of(i))) continue;
-      const Matrix3 current = edges(rest, q, i);
-      const double det = current.determinant();
-      if (!(det > 0.0)) continue;
-      const Matrix3 m = current.inverse() * edges(rest, d, i);
-      const double a = m.trace();
-      const double b = 0.5 * (a * a - (m * m).trace());
-      own = std::min(own, admissible_fraction(a, b, m.determinant(), kLeastRatio));
-    }
-    const std::lock_guard<std::mutex> lock(mutex);
-    step = std::min(step, own);
+  return least_of_points(rest, 1.0, [&](Index i, double& own) {
+    if (counts && !counts(rest.element_of(i))) return;
+    const Matrix3 current = edges(rest, q, i);
+    const double det = current.determinant();
+    if (!(det > 0.0)) return;
+    const Matrix3 m = current.inverse() * edges(rest, d, i);
+    const double a = m.trace();
+    const double b = 0.5 * (a * a - (m * m).trace());
+    own = std::min(own, admissible_fraction(a, b, m.determinant(), kLeastRatio));
   });
-  return step;
 }
 
 }  // namespace tetraction

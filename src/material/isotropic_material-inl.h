@@ -29,7 +29,13 @@ using HWY_NAMESPACE::Volumetric;
 inline Stretches<double> stretches_of(const Matrix3& f) {
   const Matrix3 a = 2.0 * green_strain(f);
   const double entries[6] = {a(0, 0), a(0, 1), a(0, 2), a(1, 1), a(1, 2), a(2, 2)};
-  return Stretches<double>(entries);
+  Stretches<double> stretches(entries);
+  if (stretches.is_uneven()) {
+    double columns[3][3];
+    for (int i = 0; i < 9; ++i) columns[i / 3][i % 3] = f(i % 3, i / 3);
+    stretches.refine(columns);
+  }
+  return stretches;
 }
 /// The derivatives of U/κ.
 inline Volumetric<double> volumetric_of(double volume_change) {

@@ -2,14 +2,8 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Geometry>
 #include <algorithm>
-#include <cmath>
-#include <limits>
-#include <numbers>
-#include <unordered_map>
 
-#include "bounding_box.h"
 #include "core/quoting.h"
 #include "named_groups.h"
 #include "tetraction/core/error.h"
@@ -108,7 +102,7 @@ struct VertexMarks {
   }
   template <class Leaf>
   Marks operator()(const Leaf& leaf) const {
-    return marks_of(VertexSelector{mesh}(leaf), mesh.vertices.size());
+    return marks_of(selected_by(mesh, leaf), mesh.vertices.size());
   }
 };
 
@@ -260,18 +254,6 @@ void require_vertices(const TetMesh& mesh) {
 }
 
 }  // namespace
-
-std::string to_string(SetOperation operation) {
-  switch (operation) {
-    case SetOperation::kAllOf:
-      return "all_of";
-    case SetOperation::kAnyOf:
-      return "any_of";
-    case SetOperation::kNot:
-      return "not";
-  }
-  return "unknown";
-}
 
 // Written out, because clang 14 does not survive defaulted comparisons of a type that contains itself.
 bool SelectSet::operator==(const SelectSet& other) const {

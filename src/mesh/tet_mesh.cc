@@ -8,32 +8,6 @@
 
 namespace tetraction {
 
-std::string to_string(CellType type) {
-  switch (type) {
-    case CellType::kVertex:
-      return "vertex";
-    case CellType::kLine:
-      return "line";
-    case CellType::kTriangle:
-      return "triangle";
-    case CellType::kQuadrilateral:
-      return "quadrilateral";
-    case CellType::kTetrahedron:
-      return "tetrahedron";
-    case CellType::kQuadraticTetrahedron:
-      return "quadratic tetrahedron";
-    case CellType::kHexahedron:
-      return "hexahedron";
-    case CellType::kWedge:
-      return "wedge";
-    case CellType::kPyramid:
-      return "pyramid";
-    case CellType::kOther:
-      break;
-  }
-  return "other";
-}
-
 Vector TetMesh::rest_positions() const {
   Vector x(3 * vertex_count());
   for (Index v = 0; v < vertex_count(); ++v) {

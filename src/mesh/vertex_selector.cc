@@ -5,8 +5,10 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 #include <numbers>
+#include <unordered_map>
 
 #include "bounding_box.h"
 #include "core/quoting.h"
@@ -26,30 +28,31 @@ std::vector<Index> where(const TetMesh& mesh, const Predicate& predicate) {
   return found;
 }
 
-}  // namespace
+// Visits a selection.
+struct VertexSelector {
+  const TetMesh& mesh;
 
-// The triangles of the boundary that face in the direction of a selection.
-std::vector<Triangle> facing(const TetMesh& mesh, const SelectFaces& s) {
-  const double length = s.normal.stableNorm();
-  if (!(length > 0.0) || !std::isfinite(length)) {
-    throw InputError("the normal of faces must be finite and not zero.");
-  }
-  if (!(s.angle >= 0.0 && s.angle <= 180.0)) {
-    throw InputError(
-        fmt::format("the angle of faces is {} degrees; it must be from 0 to 180.", s.angle));
-  }
-  constexpr double kRoundOff = 1e-6;  // degrees
-  const Vector3 direction = s.normal / length;
-  std::vector<Triangle> faces = boundary_faces(mesh);
-  std::erase_if(faces, [&](const Triangle& face) {
-    const Vector3 origin = mesh.vertices[static_cast<std::size_t>(face[0])];
-    const Vector3 normal = (mesh.vertices[static_cast<std::size_t>(face[1])] - origin)
-                               .cross(mesh.vertices[static_cast<std::size_t>(face[2])] - origin);
-    const double angle = std::atan2(normal.cross(direction).norm(), normal.dot(direction));
-    return angle * (180.0 / std::numbers::pi) > s.angle + kRoundOff;
-  });
-  return faces;
-}
+  std::vector<Index> operator()(const SelectVertices& s) const;
+  std::vector<Index> operator()(const SelectPlane& s) const;
+  std::vector<Index> operator()(const SelectBox& s) const;
+  std::vector<Index> operator()(const SelectSphere& s) const;
+  std::vector<Index> operator()(const SelectNearest& s) const;
+  std::vector<Index> operator()(const SelectGroup& s) const;
+  std::vector<Index> operator()(const SelectSurface&) const;
+  std::vector<Index> operator()(const SelectFaces& s) const;
+  std::vector<Index> operator()(const SelectAll&) const;
+  // The caller takes these apart.
+  std::vector<Index> operator()(const SelectSet&) const { return {}; }
+  std::vector<Index> operator()(const SelectNamed&) const { return {}; }
+
+ private:
+  [[noreturn]] void refuse(std::int64_t id, std::int64_t low, std::int64_t high) const;
+  // Those of the part. Each must be in some part.
+  std::vector<Index> in_part(const SelectVertices& s,
+                             const std::unordered_map<std::int64_t, Index>& index_of) const;
+  // With the middles of their edges if the mesh is quadratic.
+  void add_vertices(const std::vector<Triangle>& faces, std::vector<Index>& found) const;
+};
 
 void VertexSelector::refuse(std::int64_t id, std::int64_t low, std::int64_t high) const {
   throw InputError(fmt::format(
@@ -178,6 +181,34 @@ std::vector<Index> VertexSelector::operator()(const SelectFaces& s) const {
 
 std::vector<Index> VertexSelector::operator()(const SelectAll&) const {
   return where(mesh, [](const Vector3&) { return true; });
+}
+
+}  // namespace
+
+std::vector<Triangle> facing(const TetMesh& mesh, const SelectFaces& s) {
+  const double length = s.normal.stableNorm();
+  if (!(length > 0.0) || !std::isfinite(length)) {
+    throw InputError("the normal of faces must be finite and not zero.");
+  }
+  if (!(s.angle >= 0.0 && s.angle <= 180.0)) {
+    throw InputError(
+        fmt::format("the angle of faces is {} degrees; it must be from 0 to 180.", s.angle));
+  }
+  constexpr double kRoundOff = 1e-6;  // degrees
+  const Vector3 direction = s.normal / length;
+  std::vector<Triangle> faces = boundary_faces(mesh);
+  std::erase_if(faces, [&](const Triangle& face) {
+    const Vector3 origin = mesh.vertices[static_cast<std::size_t>(face[0])];
+    const Vector3 normal = (mesh.vertices[static_cast<std::size_t>(face[1])] - origin)
+                               .cross(mesh.vertices[static_cast<std::size_t>(face[2])] - origin);
+    const double angle = std::atan2(normal.cross(direction).norm(), normal.dot(direction));
+    return angle * (180.0 / std::numbers::pi) > s.angle + kRoundOff;
+  });
+  return faces;
+}
+
+std::vector<Index> selected_by(const TetMesh& mesh, const Selection& selection) {
+  return std::visit(VertexSelector{mesh}, selection);
 }
 
 }  // namespace tetraction

@@ -36,7 +36,7 @@ class AllToAll {
     exchange_bytes(sent, places);
     return received;
   }
-  /// What all processes have for this one, in the order of the processes.
+  /// The items that all processes have for this one, in the order of the processes.
   template <class Item>
   std::vector<Item> exchange_joined(const std::vector<std::vector<Item>>& lists) const {
     std::vector<Item> joined;

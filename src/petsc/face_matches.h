@@ -9,9 +9,9 @@
 
 namespace tetraction::petsc {
 
-/// What a process knows of the faces of a mesh that all processes hold in chunks.
+/// The data of a process about the faces of a mesh that all processes hold in chunks.
 struct FaceMatches {
-  /// Of each tetrahedron of the chunk, those that have a face in common with it, ascending, and then −1.
+  /// For each tetrahedron of the chunk, those that have a face in common with it, ascending, and then −1.
   std::vector<std::array<std::int32_t, 4>> neighbors;
   /// The faces that belong to one tetrahedron only and whose least vertex is in the chunk. Their vertices are
   /// ascending, and so are they.

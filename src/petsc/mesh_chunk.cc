@@ -213,7 +213,7 @@ MeshChunk chunk_of(const TetMesh& mesh, const MeshPart::Whole& whole, int number
 
 std::vector<char> packed(MeshChunk chunk) {
   Writer writer;
-  // Of positions, corners, ids and regions, which are nearly everything.
+  // The size of positions, corners, ids and regions, which are nearly everything.
   writer.reserve(32 * chunk.mesh.vertices.size() + 44 * chunk.mesh.tetrahedra.size() + (1 << 16));
   const auto put = [&](const auto& value) { writer.put(value); };
   pass(chunk, put);

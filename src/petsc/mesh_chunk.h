@@ -22,7 +22,7 @@ struct MeshChunk {
   EqualRanges tetrahedron_ranges(int processes) const { return {whole.tetrahedra, processes}; }
 };
 
-/// What all processes know of a mesh.
+/// The data of a mesh that all processes have.
 MeshPart::Whole whole_of(const TetMesh& mesh);
 
 /// The chunk of process `number` out of so many (EqualRanges).

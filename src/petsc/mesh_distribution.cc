@@ -25,7 +25,7 @@ void return_free_memory() {
 }
 
 // The chunk of this process. The mesh of process 0 is given up.
-MeshChunk hand_out(const AllToAll& processes, TetMesh mesh) {
+MeshChunk distribute_chunks(const AllToAll& processes, TetMesh mesh) {
   if (processes.rank() != 0) return unpacked_chunk(receive_list<char>(0));
   return_free_memory();  // of the reader
   const MeshPart::Whole whole = whole_of(mesh);
@@ -59,7 +59,7 @@ TetMesh distribute_mesh(const Processes& processes, TetMesh mesh) {
     throw InputError(fmt::format(
         "The mesh has {} tetrahedra. Several processes can work on 2147483647 at most.", size));
   }
-  MeshChunk chunk = hand_out(all, std::move(mesh));
+  MeshChunk chunk = distribute_chunks(all, std::move(mesh));
   return_free_memory();
   FaceMatches faces = match_faces(chunk, all);
   const std::vector<int> part =

@@ -148,7 +148,7 @@ Vector MpiPart::collect(const Vector& values, Index width) const {
 }
 
 // Every other process sends the numbers of all its vertices and gets their values.
-Vector MpiPart::hand_out(const Vector& whole_values, Index width) const {
+Vector MpiPart::scatter(const Vector& whole_values, Index width) const {
   const auto pick = [&](const std::vector<Index>& numbers) {
     std::vector<double> picked(numbers.size() * static_cast<std::size_t>(width));
     double* next = picked.data();

@@ -28,7 +28,7 @@ class MpiPart : public MeshPart, public PreconditionerSource {
   void gather(const double* own, const std::vector<Index>& counts, double* all) const override;
   void broadcast(std::string& text, int from) const override;
   Vector collect(const Vector& values, Index width) const override;
-  Vector hand_out(const Vector& whole_values, Index width) const override;
+  Vector scatter(const Vector& whole_values, Index width) const override;
   std::unique_ptr<BodyPreconditioner> make_preconditioner(
       const MechanicalSystem& system, BodyPreconditioner::Kind kind) const override;
 

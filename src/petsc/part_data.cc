@@ -321,7 +321,7 @@ class PartCollection {
   const AllToAll& processes_;
   PartData data_;
   std::vector<Index> tetrahedra_;  // numbers in the whole mesh, ascending
-  // Of the part's vertices, in the order of the whole mesh:
+  // The part's vertices, in the order of the whole mesh:
   std::vector<Index> vertices_;  // their numbers there
   std::vector<Index> local_;     // … and in the part
   Lists sharers_;                // the processes that have them, ascending

@@ -7,7 +7,7 @@
 
 namespace tetraction::petsc {
 
-/// What a process exchanges with one other process.
+/// The data that a process exchanges with one other process.
 struct Neighbor {
   int rank = 0;
   std::vector<Index>

@@ -8,7 +8,7 @@
 
 namespace tetraction::petsc {
 
-/// What all processes of an MPI run share. One object lives as long as the program uses MPI and PETSc, which
+/// The state that all processes of an MPI run share. One object lives as long as the program uses MPI and PETSc, which
 /// it starts and ends.
 class Processes {
  public:
@@ -50,7 +50,7 @@ class Processes {
  private:
   Failure first_of(const Failure& own) const;
 
-  // Of largest_of_last_call().
+  // The state of largest_of_last_call().
   struct Pending;
   std::unique_ptr<Pending> pending_;
   std::vector<std::string> ignored_settings_;

@@ -1,4 +1,4 @@
-// What processes with chunks of a mesh ask each other about vertices.
+// Values of vertices that processes with chunks of a mesh exchange.
 #pragma once
 
 #include <algorithm>

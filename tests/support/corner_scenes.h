@@ -13,26 +13,26 @@
 namespace tetraction::testing_support {
 
 /// A rule with a solver.
-struct ImplicitWay {
+struct RuleWithSolver {
   Integrator integrator = Integrator::kBackwardEuler;
   SolverSettings solver;
   std::string name;
 };
 
-inline void PrintTo(const ImplicitWay& way, std::ostream* out) {
-  *out << way.name;
+inline void PrintTo(const RuleWithSolver& entry, std::ostream* out) {
+  *out << entry.name;
 }
 
 /// Every implicit rule with every solver.
-inline std::vector<ImplicitWay> all_implicit_ways() {
+inline std::vector<RuleWithSolver> implicit_rules_with_solvers() {
   struct Solver {
     const char* kind;
     LinearSolver linear;
     const char* name;
   };
-  std::vector<ImplicitWay> ways;
-  for (const Integrator rule :
-       {Integrator::kMidpoint, Integrator::kBackwardEuler, Integrator::kEnergyMomentum}) {
+  std::vector<RuleWithSolver> rules;
+  for (const Integrator rule : all_integrators()) {
+    if (!is_implicit(rule)) continue;
     std::string prefix = to_string(rule);
     std::replace(prefix.begin(), prefix.end(), '-', '_');
     for (const Solver& solver : {Solver{"ceres", LinearSolver::kAuto, "ceres"},
@@ -41,29 +41,30 @@ inline std::vector<ImplicitWay> all_implicit_ways() {
                                  {"newton", LinearSolver::kCg, "cg"},
                                  {"newton", LinearSolver::kFactor, "factor"}}) {
       // Its equations are not those of a minimum.
-      if (rule == Integrator::kEnergyMomentum && std::string(solver.kind) == "ceres") continue;
-      ImplicitWay& way = ways.emplace_back();
-      way.integrator = rule;
-      way.solver.kind = solver.kind;
-      way.solver.linear = solver.linear;
-      way.name = prefix + "_" + solver.name;
+      if (needs_root_finder(rule) && std::string(solver.kind) == "ceres") continue;
+      RuleWithSolver& entry = rules.emplace_back();
+      entry.integrator = rule;
+      entry.solver.kind = solver.kind;
+      entry.solver.linear = solver.linear;
+      entry.name = prefix + "_" + solver.name;
     }
   }
-  return ways;
+  return rules;
 }
 
 /// Every implicit rule with every solver, and the explicit rules.
-inline std::vector<ImplicitWay> all_ways() {
-  std::vector<ImplicitWay> ways = all_implicit_ways();
-  for (const Integrator rule : {Integrator::kExplicit, Integrator::kVerlet}) {
-    ImplicitWay& way = ways.emplace_back();
-    way.integrator = rule;
-    way.name = to_string(rule);
+inline std::vector<RuleWithSolver> rules_with_solvers() {
+  std::vector<RuleWithSolver> rules = implicit_rules_with_solvers();
+  for (const Integrator rule : all_integrators()) {
+    if (is_implicit(rule)) continue;
+    RuleWithSolver& entry = rules.emplace_back();
+    entry.integrator = rule;
+    entry.name = to_string(rule);
   }
-  return ways;
+  return rules;
 }
 
-inline std::string name_of_way(const testing::TestParamInfo<ImplicitWay>& info) {
+inline std::string name_with_solver(const testing::TestParamInfo<RuleWithSolver>& info) {
   return info.param.name;
 }
 

@@ -35,7 +35,7 @@ class LonePart : public MeshPart {
   }
   void broadcast(std::string& /*text*/, int /*from*/) const override { ++reductions; }
   Vector collect(const Vector& values, Index /*width*/) const override { return values; }
-  Vector hand_out(const Vector& values, Index /*width*/) const override { return values; }
+  Vector scatter(const Vector& values, Index /*width*/) const override { return values; }
 
   mutable int reductions = 0;
   mutable int exchanges = 0;

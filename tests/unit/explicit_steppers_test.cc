@@ -23,9 +23,9 @@ std::unique_ptr<MechanicalSystem> busy_body() {
   return body;
 }
 
-class Steppers : public testing::TestWithParam<ImplicitWay> {};
+class Steppers : public testing::TestWithParam<RuleWithSolver> {};
 
-INSTANTIATE_TEST_SUITE_P(All, Steppers, testing::ValuesIn(all_ways()), name_of_way);
+INSTANTIATE_TEST_SUITE_P(All, Steppers, testing::ValuesIn(rules_with_solvers()), name_with_solver);
 
 TEST_P(Steppers, WriteTheirResultToAnotherStateAndLeaveTheFirstAlone) {
   const auto body = busy_body();

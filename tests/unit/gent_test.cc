@@ -5,10 +5,14 @@
 
 #include "support/homogeneous_stretches.h"
 #include "tetraction/core/error.h"
+#include "tetraction/dynamics/mechanical_system.h"
+#include "tetraction/dynamics/steppers/stepper.h"
 #include "tetraction/fem/elastic_potential.h"
 #include "tetraction/fem/step_length.h"
 #include "tetraction/material/material.h"
 #include "tetraction/mesh/generate.h"
+#include "tetraction/solver/newton_minimizer.h"
+#include "tetraction/solver/newton_root_finder.h"
 
 namespace tetraction {
 namespace {
@@ -61,6 +65,8 @@ TEST(Gent, IsDefinedBelowItsLimitOnly) {
   EXPECT_NEAR(material.stretch_margin(shear(1.0)), 0.5, 1e-15);
   EXPECT_THROW(Gent(1.0, 0.0, 1.0), InputError);
   EXPECT_THROW(Gent(1.0, -3.0, 1.0), InputError);
+  EXPECT_THROW(Gent(1.0, 0.99e-10, 1.0), InputError);
+  EXPECT_NO_THROW(Gent(1.0, 1e-10, 1.0));
   EXPECT_THROW(Gent(-1.0, 3.0, 1.0), InputError);
   // The kernels say so, too.
   const TetMesh mesh = generate_box({1, 1, 1}, {2, 2, 2});
@@ -92,6 +98,25 @@ TEST(Gent, StepsStopBeforeTheLimit) {
     EXPECT_LT(margin, size < 1.4 ? 0.2 : 0.3) << size;
   }
   EXPECT_FALSE(has_stretch_limit(ElasticPotential(rest, MaterialField(NeoHookean(1.0, 1.0)))));
+  // Ī₁ − 3 = γ² of a shear γ.
+  EXPECT_NEAR(least_stretch_margin(potential, q + d), 0.5, 1e-14);
+  EXPECT_LT(least_stretch_margin(potential, q + 2.0 * d), 0.0);
+}
+
+// The shear γ of the body grows by 1 in each second: γ² is 2 at the limit.
+TEST(Gent, EnergyMomentumSaysWhyAStepToTheLimitFails) {
+  const TetMesh mesh = generate_box({1, 1, 1}, {1, 1, 1});
+  MechanicalSystem system(mesh, MaterialField(Gent(1e-6, 2.0, 5e-6)), 1.0);
+  State state = system.rest_state();
+  for (Index v = 0; v < system.vertex_count(); ++v) {
+    state.momentum[3 * v] = 1e3 * system.mass()[v] * state.position[3 * v + 1];
+  }
+  const auto stepper = make_energy_momentum_stepper(system, make_newton_minimizer(system, {}),
+                                                    make_newton_root_finder(system, {}));
+  const StepOutcome outcome = stepper->step(state, 1.0);
+  ASSERT_FALSE(outcome.ok());
+  EXPECT_NE(outcome.message.find("-ln(margin)"), std::string::npos) << outcome.message;
+  EXPECT_NE(outcome.message.find("smaller step"), std::string::npos) << outcome.message;
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <string>
@@ -74,6 +75,8 @@ void reference(const Ogden& m, const Vector3& stretches, Long& energy, Vector3& 
   const Long kappa = m.kappa();
   energy = kappa / 2 * (j - 1) * (j - 1);
   Long tau[3] = {0, 0, 0};
+  Long logs[3];
+  for (int i = 0; i < 3; ++i) logs[i] = l[i] > 0.5L ? std::log1p(l[i] - 1) : std::log(l[i]);
   for (std::size_t p = 0; p < m.mu().size(); ++p) {
     const Long mu = m.mu()[p];
     const Long alpha = m.alpha()[p];
@@ -81,8 +84,7 @@ void reference(const Ogden& m, const Vector3& stretches, Long& energy, Vector3& 
     Long sum = 0;
     Long excess = 0;
     for (int i = 0; i < 3; ++i) {
-      const Long log = std::log1p(l[i] - 1) -
-                       (std::log1p(l[0] - 1) + std::log1p(l[1] - 1) + std::log1p(l[2] - 1)) / 3;
+      const Long log = logs[i] - (logs[0] + logs[1] + logs[2]) / 3;
       power[i] = std::expm1(alpha * log);
       excess += power[i] - alpha * log;
       sum += power[i];
@@ -141,6 +143,79 @@ TEST(Ogden, StiffnessIsTheDerivativeForAllDistancesOfStretches) {
     const Matrix3 difference =
         (material.first_piola(f + h * d) - material.first_piola(f - h * d)) / (2.0 * h);
     EXPECT_LT((flatten(difference) - exact).norm(), 1e-8 * exact.norm()) << distance;
+  }
+}
+
+// Squares of stretches would lose half of the digits of small ones, or all.
+TEST(Ogden, KeepsTheDigitsOfVeryUnequalStretches) {
+  const Ogden material = treloar(2.0);
+  const Matrix3 left = turn(0.7, {1.0, 2.0, -1.0});
+  const Matrix3 right = turn(-1.9, {0.3, -1.0, 0.4});
+  for (const Vector3& stretches :
+       {Vector3(1e-3, 1.0, 1.0), Vector3(1.0, 1e-3, 1.0), Vector3(1.0, 1.0, 1e-3),
+        Vector3(1e-3, 1e-3, 1.0), Vector3(1e-3, 1.05e-3, 1.0), Vector3(1e-3, 1.3, 1.3 + 1e-9),
+        Vector3(1e-6, 1.0, 1.0), Vector3(1e-9, 1.0, 1.0), Vector3(1e-9, 1e3, 1e6)}) {
+    Long energy = 0;
+    Vector3 stress;
+    reference(material, stretches, energy, stress);
+    const Matrix3 f = stretches.asDiagonal();
+    const Matrix3 expected = stress.asDiagonal();
+    const auto exact = static_cast<double>(energy);
+    EXPECT_NEAR(material.energy_density(f), exact, 1e-12 * exact) << stretches.transpose();
+    EXPECT_LT((material.first_piola(f) - expected).norm(), 1e-12 * expected.norm())
+        << stretches.transpose();
+    // The entries of the turned matrix have round-off of the order of the largest stretch.
+    const double lost = 1e-15 * stretches.maxCoeff() / stretches.minCoeff();
+    const Matrix3 turned = material.first_piola(left * f * right);
+    EXPECT_LT((turned - left * expected * right).norm(), std::max(1e-12, lost) * expected.norm())
+        << stretches.transpose();
+  }
+}
+
+TEST(Ogden, StiffnessIsTheDerivativeForVeryUnequalStretches) {
+  const Ogden material = treloar(2.0);
+  Matrix3 d;
+  d << 0.4, -0.7, 0.2, 0.9, 0.3, -0.5, -0.6, 0.8, 0.1;
+  for (const Vector3& stretches :
+       {Vector3(1e-3, 1.0, 1.0), Vector3(1e-3, 1.05e-3, 1.0), Vector3(1e-3, 1.0, 30.0)}) {
+    const Matrix3 f = stretches.asDiagonal();
+    const Matrix3 direction = stretches.minCoeff() * d;
+    const double h = 1e-4;
+    const Vector9 exact = material.stiffness(f) * flatten(direction);
+    const Matrix3 difference =
+        (material.first_piola(f + h * direction) - material.first_piola(f - h * direction)) /
+        (2.0 * h);
+    EXPECT_LT((flatten(difference) - exact).norm(), 1e-7 * exact.norm()) << stretches.transpose();
+  }
+}
+
+// The resultant on the face at X = 1 of a stretched cube.
+TEST(Ogden, TheKernelsKeepTheDigitsOfVeryUnequalStretches) {
+  const Ogden material = treloar(2.0);
+  const TetMesh mesh = generate_box({1, 1, 1}, {2, 2, 2});
+  const RestState rest(mesh);
+  const ElasticPotential potential(rest, MaterialField(material));
+  for (const Vector3& stretches :
+       {Vector3(1e-3, 1.0, 1.0), Vector3(1e-3, 1e-3, 1.0), Vector3(1e-3, 1.0, 30.0)}) {
+    Long density = 0;
+    Vector3 stress;
+    reference(material, stretches, density, stress);
+    Vector q = mesh.rest_positions();
+    for (Index v = 0; v < mesh.vertex_count(); ++v) {
+      vertex_block(q, v) = stretches.cwiseProduct(vertex_block(q, v)).eval();
+    }
+    double energy = 0.0;
+    Vector gradient(q.size());
+    ASSERT_TRUE(potential.value_and_gradient(q, energy, gradient).ok());
+    Vector3 resultant = Vector3::Zero();
+    for (Index v = 0; v < mesh.vertex_count(); ++v) {
+      if (mesh.vertices[static_cast<std::size_t>(v)].x() > 0.9)
+        resultant += vertex_block(gradient, v);
+    }
+    const auto exact = static_cast<double>(density);
+    EXPECT_NEAR(energy, exact, 1e-12 * exact) << stretches.transpose();
+    EXPECT_LT((resultant - stress[0] * Vector3::UnitX()).norm(), 1e-12 * stress.norm())
+        << stretches.transpose();
   }
 }
 

@@ -25,7 +25,7 @@ double step_of(Integrator rule) {
 
 // Gravity, damping, a face that is held, another one that moves, a distance, and an event after
 // step 12 that changes most settings.
-Scene busy_scene(const ImplicitWay& way) {
+Scene busy_scene(const RuleWithSolver& way) {
   Scene scene = clamped_beam({2, 1, 1}, {4, 2, 2});
   const double h = step_of(way.integrator);
   scene.time = {way.integrator, h, false, 60 * h};
@@ -60,7 +60,7 @@ void make_steps(Session& session, int count) {
   for (int k = 0; k < count; ++k) ASSERT_TRUE(session.step()) << session.message();
 }
 
-class Checkpoints : public testing::TestWithParam<ImplicitWay> {};
+class Checkpoints : public testing::TestWithParam<RuleWithSolver> {};
 
 TEST_P(Checkpoints, ContinuedAndRestoredRunsHaveTheSameBits) {
   const Scene scene = busy_scene(GetParam());
@@ -95,7 +95,8 @@ TEST_P(Checkpoints, ContinuedAndRestoredRunsHaveTheSameBits) {
   expect_same(continued, restored);
 }
 
-INSTANTIATE_TEST_SUITE_P(All, Checkpoints, testing::ValuesIn(all_ways()), name_of_way);
+INSTANTIATE_TEST_SUITE_P(All, Checkpoints, testing::ValuesIn(rules_with_solvers()),
+                         name_with_solver);
 
 class AutomaticCheckpoints : public testing::TestWithParam<Integrator> {};
 
@@ -133,7 +134,7 @@ class AdaptiveCheckpoints : public testing::TestWithParam<TimeSettings> {};
 
 // The controllers remember errors, energies and works of earlier steps.
 TEST_P(AdaptiveCheckpoints, ContinuedAndRestoredRunsHaveTheSameBits) {
-  ImplicitWay way;
+  RuleWithSolver way;
   way.integrator = GetParam().integrator;
   Scene scene = busy_scene(way);
   scene.time = GetParam();
@@ -201,7 +202,7 @@ INSTANTIATE_TEST_SUITE_P(Modes, AdaptiveCheckpoints, testing::ValuesIn(adaptive_
                          });
 
 TEST(Checkpoint, KeepsWhatEditsChangedInTheConstraints) {
-  ImplicitWay way;
+  RuleWithSolver way;
   way.integrator = Integrator::kVerlet;
   const Scene scene = busy_scene(way);
   Session session(scene, mesh_of(scene));
@@ -312,7 +313,7 @@ TEST(Checkpoint, IsAGoodStateOnceItIsRestored) {
 }
 
 TEST(Checkpoint, RefusedOnesLeaveTheSessionAsItWas) {
-  ImplicitWay way;
+  RuleWithSolver way;
   way.integrator = Integrator::kVerlet;
   const Scene scene = busy_scene(way);
   Session session(scene, mesh_of(scene));

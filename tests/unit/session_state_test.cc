@@ -34,7 +34,7 @@ void PrintTo(const Addresses& a, std::ostream* out) {
   *out << a.object << ' ' << a.position << ' ' << a.momentum << ' ' << a.velocity;
 }
 
-class SessionState : public testing::TestWithParam<ImplicitWay> {
+class SessionState : public testing::TestWithParam<RuleWithSolver> {
  protected:
   Scene make_scene() const {
     const Integrator rule = GetParam().integrator;
@@ -47,7 +47,8 @@ class SessionState : public testing::TestWithParam<ImplicitWay> {
   }
 };
 
-INSTANTIATE_TEST_SUITE_P(All, SessionState, testing::ValuesIn(all_ways()), name_of_way);
+INSTANTIATE_TEST_SUITE_P(All, SessionState, testing::ValuesIn(rules_with_solvers()),
+                         name_with_solver);
 
 TEST_P(SessionState, KeepsItsAddressesAndLookingChangesNothing) {
   const Scene scene = make_scene();
@@ -250,7 +251,7 @@ class Throwing : public SessionState {
   }
 };
 
-INSTANTIATE_TEST_SUITE_P(All, Throwing, testing::ValuesIn(all_ways()), name_of_way);
+INSTANTIATE_TEST_SUITE_P(All, Throwing, testing::ValuesIn(rules_with_solvers()), name_with_solver);
 
 TEST_P(Throwing, StepsLeaveStateAndBalanceAsTheyWereAndCanBeMadeAgain) {
   const Scene scene = throwing_scene();

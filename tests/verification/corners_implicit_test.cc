@@ -10,7 +10,7 @@ namespace {
 
 using namespace testing_support;
 
-class ImplicitCorner : public testing::TestWithParam<ImplicitWay> {
+class ImplicitCorner : public testing::TestWithParam<RuleWithSolver> {
  protected:
   Scene with_way(Scene scene, double step, double end) const {
     scene.time = {GetParam().integrator, step, false, end};
@@ -21,18 +21,19 @@ class ImplicitCorner : public testing::TestWithParam<ImplicitWay> {
   bool ceres() const { return GetParam().solver.kind == "ceres"; }
 };
 
-INSTANTIATE_TEST_SUITE_P(All, ImplicitCorner, testing::ValuesIn(all_implicit_ways()), name_of_way);
+INSTANTIATE_TEST_SUITE_P(All, ImplicitCorner, testing::ValuesIn(implicit_rules_with_solvers()),
+                         name_with_solver);
 
 // What comes to rest, or crosses what the midpoint rule itself inverts: with backward Euler alone.
 class RestCorner : public ImplicitCorner {};
-std::vector<ImplicitWay> ways_to_rest() {
-  std::vector<ImplicitWay> ways = all_implicit_ways();
+std::vector<RuleWithSolver> ways_to_rest() {
+  std::vector<RuleWithSolver> ways = implicit_rules_with_solvers();
   std::erase_if(
-      ways, [](const ImplicitWay& way) { return way.integrator != Integrator::kBackwardEuler; });
+      ways, [](const RuleWithSolver& way) { return way.integrator != Integrator::kBackwardEuler; });
   return ways;
 }
 
-INSTANTIATE_TEST_SUITE_P(All, RestCorner, testing::ValuesIn(ways_to_rest()), name_of_way);
+INSTANTIATE_TEST_SUITE_P(All, RestCorner, testing::ValuesIn(ways_to_rest()), name_with_solver);
 
 // A steel sheet a two-thousandth as thick as it is long, standing on its narrow side.
 Scene steel_sheet() {

@@ -9,12 +9,12 @@ namespace {
 
 using namespace testing_support;
 
-class AnyRule : public testing::TestWithParam<ImplicitWay> {
+class AnyRule : public testing::TestWithParam<RuleWithSolver> {
  protected:
   bool implicit() const { return is_implicit(GetParam().integrator); }
 };
 
-INSTANTIATE_TEST_SUITE_P(All, AnyRule, testing::ValuesIn(all_ways()), name_of_way);
+INSTANTIATE_TEST_SUITE_P(All, AnyRule, testing::ValuesIn(rules_with_solvers()), name_with_solver);
 
 // Galileo: a uniform velocity changes nothing in a vibration, and the tolerance must not grow with it. A bar is
 // struck at a corner.
@@ -93,7 +93,8 @@ TEST_P(AnyRule, NearlyIncompressibleBodies) {
 
 class ImplicitRule : public AnyRule {};
 
-INSTANTIATE_TEST_SUITE_P(All, ImplicitRule, testing::ValuesIn(all_implicit_ways()), name_of_way);
+INSTANTIATE_TEST_SUITE_P(All, ImplicitRule, testing::ValuesIn(implicit_rules_with_solvers()),
+                         name_with_solver);
 
 // Penalty springs of any stiffness become the exact fix. They limit the step of explicit rules.
 TEST_P(ImplicitRule, StiffSpringsBecomeAnExactFix) {

@@ -17,7 +17,7 @@ Scene struck_beam(Integrator integrator, double viscosity, double step) {
   return scene;
 }
 
-class ViscousBeam : public testing::TestWithParam<ImplicitWay> {};
+class ViscousBeam : public testing::TestWithParam<RuleWithSolver> {};
 
 TEST_P(ViscousBeam, LosesEnergyInEveryStepAndBooksAllOfIt) {
   for (const double viscosity : {1e4, 1e6, 1e7}) {
@@ -43,7 +43,8 @@ TEST_P(ViscousBeam, LosesEnergyInEveryStepAndBooksAllOfIt) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(All, ViscousBeam, testing::ValuesIn(all_implicit_ways()), name_of_way);
+INSTANTIATE_TEST_SUITE_P(All, ViscousBeam, testing::ValuesIn(implicit_rules_with_solvers()),
+                         name_with_solver);
 
 // Steps that resolve the motion: all that is dissipated agrees with a fine explicit run to second
 // order.

@@ -13,7 +13,7 @@ namespace {
 
 using namespace testing_support;
 
-class ForceTerms : public testing::TestWithParam<ImplicitWay> {
+class ForceTerms : public testing::TestWithParam<RuleWithSolver> {
  protected:
   // A soft cube of 0.2 m.
   Scene cube(double step, double end) const {
@@ -29,7 +29,8 @@ class ForceTerms : public testing::TestWithParam<ImplicitWay> {
   bool has_second_order() const { return order(GetParam().integrator) == 2; }
 };
 
-INSTANTIATE_TEST_SUITE_P(All, ForceTerms, testing::ValuesIn(all_ways()), name_of_way);
+INSTANTIATE_TEST_SUITE_P(All, ForceTerms, testing::ValuesIn(rules_with_solvers()),
+                         name_with_solver);
 
 // The block falls on a floor, and bounces. What is missing in the balance is what the rule itself adds,
 // which falls with its order.

@@ -22,7 +22,7 @@ AmplitudeSettings hat() {
 }
 constexpr double kHatIntegral = 0.5 * 2.5 * 0.0123 + 0.5 * 2.1 * 0.0123 - 0.4 * (0.06 - 0.0357);
 
-class Loads : public testing::TestWithParam<ImplicitWay> {
+class Loads : public testing::TestWithParam<RuleWithSolver> {
  protected:
   Scene block(double step, double end) const {
     Scene scene;
@@ -44,7 +44,7 @@ class Loads : public testing::TestWithParam<ImplicitWay> {
   }
 };
 
-INSTANTIATE_TEST_SUITE_P(All, Loads, testing::ValuesIn(all_ways()), name_of_way);
+INSTANTIATE_TEST_SUITE_P(All, Loads, testing::ValuesIn(rules_with_solvers()), name_with_solver);
 
 // Corners of the amplitude and the window of the force lie inside steps, and within one step.
 TEST_P(Loads, TheMomentumIsTheIntegralOfTheLoad) {

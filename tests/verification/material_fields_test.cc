@@ -69,7 +69,7 @@ TEST(MaterialFields, AGradedBarHasTheStretchOfEachSlab) {
 }
 
 // Four moduli and three densities, once as arrays and once as regions.
-class FieldsAndRegions : public testing::TestWithParam<std::tuple<const char*, ImplicitWay>> {
+class FieldsAndRegions : public testing::TestWithParam<std::tuple<const char*, RuleWithSolver>> {
  protected:
   static double modulus(const Vector3& x) { return x.x() < 0.5 ? 4e4 : x.y() < 0.25 ? 2e5 : 1e5; }
   static double density(const Vector3& x) { return x.x() < 0.5 ? 700.0 : 1300.0; }
@@ -162,7 +162,7 @@ TEST_P(FieldsAndRegions, MoveAlike) {
 INSTANTIATE_TEST_SUITE_P(All, FieldsAndRegions,
                          testing::Combine(testing::Values("neo-hookean", "mooney-rivlin", "stvk",
                                                           "yeoh"),
-                                          testing::ValuesIn(all_ways())),
+                                          testing::ValuesIn(rules_with_solvers())),
                          [](const auto& test) {
                            std::string name = std::string(std::get<0>(test.param)) + "_" +
                                               std::get<1>(test.param).name;

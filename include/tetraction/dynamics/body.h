@@ -91,7 +91,7 @@ class Body {
   /// The share of element e in the mass of its node a, kg (RestState::mass_fraction()).
   double mass_share(Index e, int a) const { return element_mass(e) * rest_.mass_fraction(a); }
   Index vertex_count() const { return mesh_.vertex_count(); }
-  /// What the mesh is a part of, where several processes hold the body together (mesh/mesh_part.h);
+  /// The whole that the mesh is a part of, where several processes hold the body together (mesh/mesh_part.h);
   /// null otherwise. Masses and assembled fields are then those of the whole body at each vertex of the
   /// part. Sums over the body are those of the whole body where a comment does not say otherwise.
   const MeshPart* part() const { return mesh_.part.get(); }

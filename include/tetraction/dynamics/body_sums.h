@@ -41,4 +41,24 @@ std::vector<double> balance_shares(const MechanicalSystem& system, const State& 
 /// The number of these numbers, the same in all parts.
 std::size_t balance_share_count(const MechanicalSystem& system);
 
+/// The number of vertices of the body.
+Index global_vertex_count(const MechanicalSystem& system);
+/// The number of tetrahedra of the body.
+Index global_tetrahedron_count(const MechanicalSystem& system);
+/// The number of free coordinates of the body (FreeCoordinates::count()).
+Index global_freedom_count(const MechanicalSystem& system);
+/// The sum of a field (3 per vertex) over the vertices of the body.
+Vector3 global_resultant(const MechanicalSystem& system, const Vector& field);
+
+/// The number of free coordinates of the own vertices. They come first.
+Index own_freedom_count(const MechanicalSystem& system);
+/// a·b over the own vertices (3 per vertex), also of expressions.
+template <class A, class B>
+double own_dot(const MechanicalSystem& system, const Eigen::MatrixBase<A>& a,
+               const Eigen::MatrixBase<B>& b) {
+  if (system.part() == nullptr) return a.dot(b);
+  const Index size = 3 * system.owned_vertex_count();
+  return a.head(size).dot(b.head(size));
+}
+
 }  // namespace tetraction

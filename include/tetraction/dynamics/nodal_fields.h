@@ -7,7 +7,7 @@
 
 namespace tetraction {
 
-/// What an element has at a place.
+/// The values of an element at a place.
 struct PlaceValues {
   Matrix3 cauchy_stress;   ///< σ = P Fᵀ/J, Pa
   Matrix3 green_strain;    ///< E = ½(FᵀF − I)

@@ -16,7 +16,7 @@ namespace tetraction {
 double admissible_step(const RestState& rest, const Vector& q, const Vector& d,
                        const std::function<bool(Index)>& counts = {});
 
-/// What positions at which ElasticPotential::admissible() fails do to the element, for messages: "inverts element
+/// The reason why ElasticPotential::admissible() fails at positions, for messages: "inverts element
 /// ID", or "stretches element ID beyond the limit of its material".
 std::string inadmissible_change(const ElasticPotential& elastic, const Vector& q, Index element,
                                 std::int64_t id);
@@ -28,5 +28,8 @@ bool has_stretch_limit(const ElasticPotential& elastic);
 /// limit at q are left out.
 double stretch_limited_step(const ElasticPotential& elastic, const Vector& q, const Vector& d,
                             double longest);
+/// The least stretch_margin() of all quadrature points of such materials, 1 if there are none. Inverted elements
+/// count as beyond the limit.
+double least_stretch_margin(const ElasticPotential& elastic, const Vector& q);
 
 }  // namespace tetraction

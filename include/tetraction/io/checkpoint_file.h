@@ -22,7 +22,7 @@ struct RecordedFiles {
   std::vector<std::uint64_t> frame_sizes;  ///< of the files that frames.pvd names, bytes
 };
 
-/// What a run was computed from. A part of it that differs can be named.
+/// The inputs of a run. A part of it that differs can be named.
 struct RunInputs {
   std::string scene;  ///< Scene::echo; empty for the scene of a program
   std::uint64_t numbers =

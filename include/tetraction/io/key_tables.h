@@ -19,7 +19,7 @@ struct SectionDescription {
 /// The sections of a scene, without events and named selections, in the order of summary.json.
 std::vector<SectionDescription> section_descriptions();
 
-/// What there is to say of a key of a section.
+/// The description of a key of a section.
 struct KeyDescription {
   std::string name;
   std::string type;      ///< with the unit: "number, m/s"

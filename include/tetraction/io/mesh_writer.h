@@ -8,7 +8,7 @@
 
 namespace tetraction {
 
-/// What of a mesh a written file does not hold.
+/// The data of a mesh that a written file does not hold.
 struct MeshWriteReport {
   /// Names of the groups that the file does not hold, or of which it holds only some cells.
   std::vector<std::string> lost_groups{};

@@ -20,7 +20,7 @@ void write_modes(const MechanicalSystem& system, const Vector& q, const NormalMo
 /// Removes what write_modes() wrote into a directory. Throws OutputError.
 void remove_modes(const std::string& directory);
 
-/// What summary.json says of the modes: version, mesh, mass, the modes, the scene. `echo` is that of
+/// The text of summary.json about the modes: version, mesh, mass, the modes, the scene. `echo` is that of
 /// the scene (Scene::echo), in which the output directory is replaced by the one that was used.
 std::string modes_summary_json(const MechanicalSystem& system, const NormalModes& modes,
                                const std::string& echo, const std::string& directory,

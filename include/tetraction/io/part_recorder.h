@@ -26,7 +26,7 @@ class PartRecorder : public Observer, public CheckpointObserver {
   PartRecorder(const PartRecorder&) = delete;
   PartRecorder& operator=(const PartRecorder&) = delete;
 
-  /// What gives the exit code of a run that was stopped (RunStatus::kCancelled), for summary.json.
+  /// Sets the function that returns the exit code of a run that was stopped (RunStatus::kCancelled), for summary.json.
   void set_stop_code(std::function<int()> stop_code);
 
   /// As RunRecorder. The checkpoints are those of a run in one process: process 0 collects them, for which it needs

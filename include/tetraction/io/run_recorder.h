@@ -47,7 +47,7 @@ class RunRecorder : public Observer, public CheckpointObserver {
   /// Makes the directory, and keeps others from writing there until on_finish(). on_start() does this
   /// anyway. Throws OutputError if another run writes there.
   void lock_directory();
-  /// What gives the exit code of a run that was stopped (RunStatus::kCancelled), for summary.json.
+  /// Sets the function that returns the exit code of a run that was stopped (RunStatus::kCancelled), for summary.json.
   /// By default it is that of exit_code().
   void set_stop_code(std::function<int()> stop_code);
 

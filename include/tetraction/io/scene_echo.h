@@ -8,7 +8,7 @@
 namespace tetraction {
 
 /// The scene as JSON text with the names of the scene file: overrides applied, defaults filled in.
-/// What is absent or infinite is left out.
+/// Absent and infinite values are left out.
 std::string scene_echo(const Scene& scene);
 
 }  // namespace tetraction

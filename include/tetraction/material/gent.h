@@ -18,9 +18,16 @@ class Gent : public IsotropicMaterial<Gent> {
   static constexpr const char* kTitle = "Gent";
   static constexpr bool kDefinedForAnyJacobian = false;
   static constexpr bool kHasVolumetricPart = false;
+  /// The least Jm. Ī₁ − 3 of positions in double precision has errors of up to about 1e-15.
+  static constexpr double kLeastLimit = 1e-10;
   static constexpr std::array<MaterialParameter, 3> kParameters{{
       {"mu", "Pa", kModeratePositive, "shear modulus μ"},
-      {"jm", "", kModeratePositive, "Jm, the limit of Ī₁ − 3"},
+      {"jm",
+       "",
+       {.least = kLeastLimit,
+        .is_moderate = true,
+        .advice = ", because a smaller limit is lost in the round-off of positions"},
+       "Jm, the limit of Ī₁ − 3"},
       {"kappa", "Pa", kModeratePositive, "bulk modulus κ"},
   }};
   /// The parameters that are given together with Young's modulus and Poisson's ratio.
@@ -34,7 +41,7 @@ class Gent : public IsotropicMaterial<Gent> {
     T kappa;
   };
 
-  /// Throws InputError unless μ > 0, Jm > 0, κ ≥ 0 and all are finite. κ = 0: no volumetric part.
+  /// Throws InputError unless μ > 0, Jm ≥ kLeastLimit, κ ≥ 0 and all are finite. κ = 0: no volumetric part.
   Gent(double mu, double jm, double kappa);
   /// Makes a material with these small-strain parameters.
   static Gent from_young(const LameParameters& lame, double jm) {

@@ -1,4 +1,4 @@
-// What a mesh that build_mesh() accepts may still have by mistake.
+// Likely mistakes in meshes that build_mesh() accepts.
 #pragma once
 
 #include "tetraction/mesh/tet_mesh.h"

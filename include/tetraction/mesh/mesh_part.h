@@ -13,7 +13,7 @@
 
 namespace tetraction {
 
-/// What the TetMesh of one process is a part of, and how it talks to the others (TetMesh::part).
+/// The whole of which the TetMesh of one process is a part, and its communication with the others (TetMesh::part).
 ///
 /// Every tetrahedron belongs to one process. A vertex belongs to one process, too, its owner; the other
 /// processes whose tetrahedra use it have copies of it. In the mesh of a process its own vertices come
@@ -56,7 +56,7 @@ class MeshPart {
   virtual Vector collect(const Vector& values, Index width) const = 0;
   /// The numbers of the part's vertices out of those of the whole mesh, which process 0 has; elsewhere
   /// `whole_values` is not read. The inverse of collect().
-  virtual Vector hand_out(const Vector& whole_values, Index width) const = 0;
+  virtual Vector scatter(const Vector& whole_values, Index width) const = 0;
 
   /// `own` of each process.
   std::vector<Index> counts_of_parts(Index own) const {
@@ -73,7 +73,7 @@ class MeshPart {
     add_shared(values, width);
   }
 
-  /// Of the vertices of the part's mesh, the first so many belong to this process.
+  /// The number of the first vertices of the part's mesh, which belong to this process.
   Index owned_vertices = 0;
   /// The vertices that other parts have, too, ascending.
   std::vector<Index> shared_vertices;

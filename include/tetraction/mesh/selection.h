@@ -8,6 +8,7 @@
 #include <variant>
 #include <vector>
 
+#include "tetraction/core/enum_names.h"
 #include "tetraction/mesh/tet_mesh.h"
 
 namespace tetraction {
@@ -67,11 +68,12 @@ struct SelectFaces {
 struct SelectionPart;
 
 enum class SetOperation { kAllOf, kAnyOf, kNot };
+template <>
+struct EnumNames<SetOperation> {
+  static constexpr std::array names{"all_of", "any_of", "not"};
+};
 
-/// "all_of", "any_of", "not".
-std::string to_string(SetOperation operation);
-
-/// What is in all parts, in any part, or not in the only part. A part may select nothing.
+/// The intersection of all parts, their union, or the complement of the only part. A part may select nothing.
 struct SelectSet {
   SetOperation operation = SetOperation::kAllOf;
   std::vector<SelectionPart> of;  ///< one or more; exactly one for kNot
@@ -101,7 +103,7 @@ struct SelectionPart {
 /// for an invalid axis, point or normal, and for a set or a named selection with a wrong number of
 /// parts.
 ///
-/// Of a part (TetMesh::part) this and the following functions return what is selected in the part, which
+/// For a part (TetMesh::part) this and the following functions return what is selected in the part, which
 /// may be nothing, and all processes must call them.
 std::vector<Index> select_vertices(const TetMesh& mesh, const Selection& selection);
 

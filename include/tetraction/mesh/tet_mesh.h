@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "tetraction/core/enum_names.h"
 #include "tetraction/core/types.h"
 #include "tetraction/mesh/mesh_arrays.h"
 #include "tetraction/mesh/mesh_part.h"
@@ -27,9 +28,12 @@ enum class CellType {
   kPyramid,
   kOther
 };
-
-/// Plain name of a cell type for messages, e.g. "triangle".
-std::string to_string(CellType type);
+template <>
+struct EnumNames<CellType> {
+  static constexpr std::array names{
+      "vertex",     "line",  "triangle", "quadrilateral", "tetrahedron", "quadratic tetrahedron",
+      "hexahedron", "wedge", "pyramid",  "other"};
+};
 
 /// One cell of a file. `vertices` are vertex ids as the file numbers them, in the order of VTK: the
 /// corners, then the middles of the edges (of a tetrahedron as in TetMesh::edge_vertices).
@@ -76,7 +80,7 @@ struct Group {
   Index detached_lines = 0;
 };
 
-/// What build_mesh() changed and left out. It is meant for the user.
+/// The changes and omissions of build_mesh(). It is meant for the user.
 struct MeshReport {
   Index reoriented = 0;        ///< inverted tetrahedra whose vertex order was corrected
   Index dropped_vertices = 0;  ///< vertices that no tetrahedron uses
@@ -104,7 +108,7 @@ struct TetMesh {
   /// Empty for linear tetrahedra. For quadratic ones the vertices in the middles of the edges 01, 12,
   /// 02, 03, 13 and 23 of each tetrahedron (the order of VTK); `tetrahedra` has the corners.
   std::vector<std::array<Index, 6>> edge_vertices{};
-  /// What this mesh is a part of, where several processes hold a mesh together; null for a whole one.
+  /// The whole that this mesh is a part of, where several processes hold a mesh together; null for a whole one.
   SharedMeshPart part{};
 
   bool is_quadratic() const { return !edge_vertices.empty(); }

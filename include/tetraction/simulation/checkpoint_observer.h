@@ -7,7 +7,7 @@ namespace tetraction {
 
 class Session;
 
-/// What an observer of a run (simulation/session.h) can be in addition, if it stores checkpoints.
+/// An additional interface of an observer of a run (simulation/session.h) that stores checkpoints.
 /// Session::run() makes one after each so many steps, after all observers have seen the step, and one
 /// more if the run is cancelled. It makes none at the end of a run.
 class CheckpointObserver {

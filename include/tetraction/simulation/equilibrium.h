@@ -32,7 +32,7 @@ struct LossOfStability {
   bool is_over = false;        ///< whether the last equilibrium is stable again
 };
 
-/// What the load steps found.
+/// The results of the load steps.
 struct LoadPath {
   double factor = 0.0;                   ///< the load factor that was reached
   Index steps = 0;                       ///< load steps made

@@ -29,7 +29,7 @@ struct ProbeColumns {
 const char* unit_of(ProbeQuantity quantity);
 /// Whether it is a sum over vertices.
 bool is_sum(ProbeQuantity quantity);
-/// What the names of the columns have after the name of the probe: "_x", "_y", "_z" for a vector,
+/// The endings of the names of the columns: "_x", "_y", "_z" for a vector,
 /// "_xx", "_yy", "_zz", "_xy", "_yz", "_xz" for a stress, and one empty text for a scalar.
 const std::vector<const char*>& column_endings(ProbeQuantity quantity);
 /// Computes the values of probes. Whatever depends on the mesh only is computed once.
@@ -73,7 +73,7 @@ class ProbeSet {
   std::unique_ptr<Impl> impl_;
 };
 
-/// What the summary says of one column.
+/// The statistics of one column in the summary.
 struct ProbeStatistics {
   double min = 0.0, min_time = 0.0;  ///< least value, and the first time that has it, s
   double max = 0.0, max_time = 0.0;

@@ -7,13 +7,14 @@
 #include <string>
 #include <vector>
 
+#include "tetraction/core/enum_names.h"
 #include "tetraction/core/types.h"
 #include "tetraction/dynamics/problems/minimizer.h"
 #include "tetraction/dynamics/steppers/stability.h"
 
 namespace tetraction {
 
-/// The state of a run, or how it ended.
+/// The state of a run, or how it ended. Its names are the words of summary.json and study.csv.
 enum class RunStatus {
   kRunning,
   kFinished,      ///< the end time was reached
@@ -22,9 +23,10 @@ enum class RunStatus {
                   ///< or a material or force term of the program threw an exception
   kCancelled      ///< an observer asked to stop
 };
-
-/// "running", "ok", "unstable", "failed", "interrupted": the words of summary.json and study.csv.
-std::string to_string(RunStatus status);
+template <>
+struct EnumNames<RunStatus> {
+  static constexpr std::array names{"running", "ok", "unstable", "failed", "interrupted"};
+};
 
 /// Exit code of a program whose run ended with this status: 0 finished, 1 failed numerically, 130
 /// interrupted.
@@ -57,7 +59,7 @@ struct InvertedElements {
   double first_time = 0.0;  ///< when it was found, s
 };
 
-/// What time.step = "auto" remembers of its estimates of the stability limit.
+/// The memory of time.step = "auto" of its estimates of the stability limit.
 struct AutomaticStepMemory {
   static constexpr std::size_t kRemembered = 8;
 
@@ -76,7 +78,7 @@ struct AutomaticStepMemory {
   double sensitivity = 0.0;                 ///< |d ln h_crit / d ln W| between the last estimates
 };
 
-/// What adaptive steps remember of earlier ones (time.adapt).
+/// The memory of adaptive steps of earlier ones (time.adapt).
 struct AdaptiveStepMemory {
   double last_error = 0.0;  ///< of the last step, divided by the tolerance; 0: not known
   bool has_energy = false;  ///< whether there is a discrete energy to keep
@@ -84,14 +86,14 @@ struct AdaptiveStepMemory {
   double half_work = 0.0;   ///< half of the work in the last step, J
 };
 
-/// What came of the choice of steps (time.retry and time.adapt).
+/// The outcome of the choice of steps (time.retry and time.adapt).
 struct StepControl {
   Index retried = 0;           ///< steps that were made in smaller ones
   Index rejected = 0;          ///< attempts that were not accepted, those that failed included
   Index failed = 0;            ///< attempts that failed
   Index above_tolerance = 0;   ///< steps of the smallest size whose error was above the tolerance
   Index without_solution = 0;  ///< steps of which no size keeps the discrete energy
-  // Of the last step.
+  // Numbers of the last step.
   Index last_rejected = 0;
   Index last_substeps = 0;       ///< steps of the rule that it consists of
   double last_error = 0.0;       ///< its estimated error over the body's diagonal

@@ -62,7 +62,7 @@ struct LengthUnit {
   double metres;
 };
 const std::vector<LengthUnit>& length_units();
-/// What the coordinates of the mesh file are multiplied by: scale times the unit in m. Throws
+/// The factor of the coordinates of the mesh file: scale times the unit in m. Throws
 /// InputError for an unknown unit.
 double coordinate_scale(const MeshSettings& mesh);
 

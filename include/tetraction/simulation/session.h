@@ -35,7 +35,7 @@ class Session;
 struct LoadPath;
 struct StepFailure;
 
-/// What a session computes.
+/// The task of a session.
 enum class Analysis {
   kMotion,      ///< the motion of the body
   kEquilibrium  ///< its equilibrium, as the load factor grows from 0 to 1 (simulation/equilibrium.h)
@@ -133,7 +133,7 @@ class Session {
   void restore(const Checkpoint& checkpoint);
 
   Analysis analysis() const;
-  /// What the load steps found so far; null unless the session computes an equilibrium.
+  /// The results of the load steps so far; null unless the session computes an equilibrium.
   const LoadPath* load_path() const;
   /// The scene as it was at the start.
   const Scene& scene() const;
@@ -216,7 +216,7 @@ class Session {
   double tension(std::size_t i) const;
   /// Largest distance of a constrained vertex from its prescribed position, m.
   double constraint_error() const;
-  /// Of the last step and of the run so far.
+  /// Iterations of the last step and of the run so far.
   int last_iterations() const;
   Index total_iterations() const;
   Index total_factorizations() const;
@@ -238,7 +238,7 @@ class Session {
   /// external_force() without a copy. It is empty if there are no user forces.
   const Vector& present_external_force() const;
 
-  /// What came of time.retry and time.adapt so far.
+  /// The outcome of time.retry and time.adapt so far.
   const StepControl& step_control() const;
   /// Whether steps may be repeated or adapt (time.retry, time.adapt) now or after an event of the
   /// scene, and whether one of them adapts in this way.

@@ -5,7 +5,7 @@
 
 namespace tetraction {
 
-/// What a StopRequest (simulation/stop_request.h) can be in addition, if it has a flag that another
+/// An additional interface of a StopRequest (simulation/stop_request.h) that has a flag which another
 /// thread sets. An equilibrium may have one long load step only. Session::run() gives it up as soon
 /// as the flag is true (core/interruption.h): the state is that of the last complete load step, and
 /// the run ends with RunStatus::kCancelled. stop_requested() must be true from then on, too.

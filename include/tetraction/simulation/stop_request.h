@@ -3,7 +3,7 @@
 
 namespace tetraction {
 
-/// What an observer of a run (simulation/session.h) can be in addition, if it can tell at any time
+/// An additional interface of an observer of a run (simulation/session.h) that can tell at any time
 /// whether the run shall stop. Session::run() asks such observers between the parts of a step that
 /// is divided (time.retry) and between the attempts at a step (time.adapt, step = "auto"), of which
 /// there may be many. The step is then given up: the state is that of the last complete step, and

@@ -1,9 +1,11 @@
 // Natural frequencies and mode shapes of a body at rest or at an equilibrium.
 #pragma once
 
+#include <array>
 #include <string>
 #include <vector>
 
+#include "tetraction/core/enum_names.h"
 #include "tetraction/dynamics/mechanical_system.h"
 
 namespace tetraction {
@@ -15,9 +17,11 @@ enum class ModeKind {
   kFlutter,  ///< oscillation that grows, fed by loads that follow the deformation, in spite of damping
   kMechanism  ///< motion without any stiffness in which pieces of the body turn against each other: ω = 0
 };
+template <>
+struct EnumNames<ModeKind> {
+  static constexpr std::array names{"rigid", "elastic", "unstable", "flutter", "mechanism"};
+};
 
-/// "rigid", "elastic", "unstable", "flutter", "mechanism".
-const char* to_string(ModeKind kind);
 /// Whether a mode swings: elastic modes and those that flutter.
 inline bool is_vibration(ModeKind kind) {
   return kind == ModeKind::kElastic || kind == ModeKind::kFlutter;
@@ -44,7 +48,7 @@ struct NormalMode {
   /// −Re λ/|λ| for the motion e^(λt) of the damped body in the space of the modes, and it is negative if that
   /// motion grows.
   double damping_ratio = 0.0;
-  /// Of a mode that flutters: the amplitude grows as exp(growth_rate t), 1/s, with the damping of the body.
+  /// For a mode that flutters: the amplitude grows as exp(growth_rate t), 1/s, with the damping of the body.
   /// Without damping such modes come in pairs with the same frequency and rate; their two shapes alternate
   /// within a period.
   double growth_rate = 0.0;
@@ -61,7 +65,7 @@ struct NormalMode {
 struct NormalModes {
   /// In the order of ω²: unstable, rigid, elastic.
   std::vector<NormalMode> modes;
-  /// What the effective masses of all modes add up to along x, y, z, kg: the mass that takes part in
+  /// The sum of the effective masses of all modes along x, y, z, kg: the mass that takes part in
   /// motions that the constraints allow.
   Vector3 moved_mass = Vector3::Zero();
   /// The number of modes that the body has: free coordinates less independent equations of
@@ -75,7 +79,7 @@ struct NormalModeOptions {
   /// Whether potentials of loads (EnergyAccount::kExternalWork, such as pressures) are parts of K, as
   /// they must be at an equilibrium under these loads.
   bool with_loads = false;
-  /// What the loads and stored potentials of force terms are multiplied by, as in a load step (StaticProblem).
+  /// The factor of the loads and of stored potentials of force terms, as in a load step (StaticProblem).
   /// Potentials that stand for constraints are not.
   double load_factor = 1.0;
   /// The multipliers λ of the equations of constraints that balance the forces at an equilibrium

@@ -12,7 +12,7 @@
 #include "cli/console.h"
 #include "cli/scene_source.h"
 #include "commands.h"
-#include "dynamics/steppers/turned_guess.h"
+#include "dynamics/steppers/rotated_guess.h"
 #include "mesh/bounding_box.h"
 #include "mesh_table.h"
 #include "scene_facts.h"
@@ -101,7 +101,7 @@ std::string rules_of_limit(const MechanicalSystem& system, Integrator rule) {
   return to_string(is_implicit(rule) ? Integrator::kExplicit : rule);
 }
 
-// What the rule does to a body that turns by this angle, rad, in a step.
+// The effect of the rule on a body that turns by this angle, rad, in a step.
 std::string turning_text(Integrator rule, double turn) {
   std::string text = fmt::format("{:.3g} rad in a step", turn);
   if (rule == Integrator::kMidpoint) {

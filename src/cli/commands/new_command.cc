@@ -1,11 +1,13 @@
 // tetraction new: a folder with a commented scene, a mesh and a README to start from.
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <system_error>
 #include <utility>
 
@@ -13,6 +15,7 @@
 #include "commands.h"
 #include "core/quoting.h"
 #include "tetraction/core/error.h"
+#include "tetraction/dynamics/steppers/integrator.h"
 #include "tetraction/io/mesh_writer.h"
 #include "tetraction/io/text_file.h"
 #include "tetraction/mesh/generate.h"
@@ -46,7 +49,7 @@ direction = [0, 0, -1]
 viscosity = 50.0              # Pa s; 0: the energy stays what it was
 
 [time]
-integrator = "midpoint"       # explicit | verlet | midpoint | backward-euler | energy-momentum
+integrator = "midpoint"       # INTEGRATORS
 step = 2.0e-3                 # s; "auto" for explicit and verlet: half the stability limit
 end = 1.0                     # s
 
@@ -123,7 +126,11 @@ int make_project(const std::string& folder) {
         fmt::format("the folder {} cannot be made ({}).", in_quotes(folder), error.message()));
   }
   write_mesh(beam(), (path / "beam.msh").string());
-  write_text_file((path / "scene.toml").string(), kScene);
+  std::string scene = kScene;
+  constexpr std::string_view kRules = "INTEGRATORS";
+  scene.replace(scene.find(kRules), kRules.size(),
+                fmt::format("{}", fmt::join(integrator_names(), " | ")));
+  write_text_file((path / "scene.toml").string(), scene);
   const std::string name =
       path.has_filename() ? path.filename().string() : path.parent_path().filename().string();
   write_text_file((path / "README.md").string(), fmt::format(fmt::runtime(kReadme), name));

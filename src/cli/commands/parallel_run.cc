@@ -171,7 +171,7 @@ Resumption resume_together(Session& session, PartRecorder& recorder, const Input
   return point.resumption;
 }
 
-// What all processes do together.
+// The work that all processes share.
 int run_together(const SessionArguments& arguments, Inputs inputs, Processes& processes,
                  const char* label, const OutcomePrinter& print_outcome) {
   if (!arguments.quiet) {

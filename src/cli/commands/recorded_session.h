@@ -13,7 +13,7 @@
 
 namespace tetraction {
 
-/// What the command line says.
+/// The arguments of the command line.
 struct SessionArguments {
   std::string scene;
   std::string out;

@@ -16,7 +16,7 @@
 #include "io/text/output_file.h"
 #include "tetraction/core/error.h"
 #include "tetraction/core/version.h"
-#include "tetraction/dynamics/whole_body.h"
+#include "tetraction/dynamics/body_sums.h"
 
 namespace tetraction {
 namespace {
@@ -52,7 +52,7 @@ std::string stop_before_first(const std::string& directory) {
       files.front().step);
 }
 
-// What differs between the inputs of a checkpoint and those of the session.
+// The differences between the inputs of a checkpoint and those of the session.
 std::vector<std::string> changes(const StoredCheckpoint& stored, const RunInputs& inputs,
                                  const BodyIdentity& body) {
   std::vector<std::string> parts = changed_keys(stored.inputs.scene, inputs.scene);
@@ -114,7 +114,7 @@ void require_forcible(const std::string& directory, const StoredCheckpoint& stor
       fixed.push_back(fmt::format("event.{}, which was made", i));
     }
   }
-  if (stored.checkpoint.state.position.size() != 3 * whole_vertex_count(session.system())) {
+  if (stored.checkpoint.state.position.size() != 3 * global_vertex_count(session.system())) {
     fixed.emplace_back("the number of vertices");
   }
   if (fixed.empty()) return;
@@ -161,8 +161,8 @@ void refuse_equilibrium(const std::string& directory, const Json& summary) {
 
 bool has_same_mesh(const Json& summary, const MechanicalSystem& system) {
   const Json& before = member_of(summary, "mesh");
-  return member_of(before, "vertices") == whole_vertex_count(system) &&
-         member_of(before, "tetrahedra") == whole_tetrahedron_count(system) &&
+  return member_of(before, "vertices") == global_vertex_count(system) &&
+         member_of(before, "tetrahedra") == global_tetrahedron_count(system) &&
          member_of(before, "volume") == system.mesh().total_volume();
 }
 
@@ -185,7 +185,7 @@ ResumePoint find_resume_point(const Session& session, const BodyIdentity& body,
 
   const Index steps = index_or(member_of(summary, "steps"), -1);
   const double time = number_or(member_of(summary, "time"), -1.0);
-  // What has no steps and no time is not the summary of a run.
+  // A file without steps and time is not the summary of a run.
   if (member_of(summary, "status") == "ok" && steps >= 0 && time >= 0.0) {
     const Json& before = member_of(summary, "scene");
     std::vector<std::string> since = changed_keys(

@@ -10,7 +10,7 @@
 
 namespace tetraction {
 
-/// What --resume found in the output directory.
+/// The results of --resume in the output directory.
 enum class Resumption {
   kNothing,    ///< no checkpoint that can be used: the run starts from the beginning
   kContinues,  ///< session and recorder go on from a checkpoint

@@ -12,12 +12,12 @@
 #include "commands.h"
 #include "recorded_session.h"
 #include "simulation/stepping/adaptations.h"
-#include "tetraction/dynamics/whole_body.h"
+#include "tetraction/dynamics/body_sums.h"
 
 namespace tetraction {
 namespace {
 
-// What time.retry and time.adapt did, or an empty text.
+// A report of time.retry and time.adapt, or an empty text.
 std::string step_control_text(const Session& session) {
   const StepControl& control = session.step_control();
   const TimeSettings& time = session.time_settings();
@@ -46,9 +46,9 @@ void print_outcome(const Session& session, const std::string& directory) {
   write_result(step_control_text(session));
   print_result(
       "mesh: {} vertices, {} tetrahedra; mass {:.6g} kg; {} of {} degrees of freedom free\n",
-      whole_vertex_count(session.system()), whole_tetrahedron_count(session.system()),
-      session.system().total_mass(), whole_freedom_count(session.system()),
-      3 * whole_vertex_count(session.system()));
+      global_vertex_count(session.system()), global_tetrahedron_count(session.system()),
+      session.system().total_mass(), global_freedom_count(session.system()),
+      3 * global_vertex_count(session.system()));
   const StabilityLimit& limit = session.initial_limit();
   print_result("stability limit of the explicit rules: {}{}\n",
                std::isfinite(limit.critical_step)

@@ -1,4 +1,4 @@
-// What check says of a scene's loads, supports, free motions and inertia.
+// The text of check about a scene's loads, supports, free motions and inertia.
 #pragma once
 
 #include <nlohmann/json.hpp>

@@ -1,4 +1,4 @@
-// What time steps do to the vibrations of a body, for `check`.
+// The effect of time steps on the vibrations of a body, for `check`.
 #pragma once
 
 #include <nlohmann/json.hpp>

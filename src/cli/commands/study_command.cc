@@ -1,5 +1,6 @@
 // tetraction study: the same motion by several integrators at several steps.
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
@@ -36,6 +37,7 @@
 #include "tetraction/core/error.h"
 #include "tetraction/core/parallel.h"
 #include "tetraction/core/provenance.h"
+#include "tetraction/dynamics/steppers/integrator.h"
 #include "tetraction/io/initial_fields.h"
 #include "tetraction/io/run_recorder.h"
 #include "tetraction/io/scene_reader.h"
@@ -418,7 +420,7 @@ void add_study_command(CLI::App& app, int& exit_code) {
   command
       ->add_option(
           "--integrators", arguments->integrators,
-          "Comma-separated: explicit,verlet,midpoint,backward-euler,energy-momentum (default: all)")
+          fmt::format("Comma-separated: {} (default: all)", fmt::join(integrator_names(), ",")))
       ->delimiter(',')
       ->allow_extra_args(false);
   command

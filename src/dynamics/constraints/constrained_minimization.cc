@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "dynamics/problems/solve_to_round_off.h"
-#include "tetraction/dynamics/whole_body.h"
+#include "tetraction/dynamics/body_sums.h"
 
 namespace tetraction {
 ConstrainedMinimization::ConstrainedMinimization(PotentialProblem& problem,
@@ -75,7 +75,7 @@ bool ConstrainedMinimization::solve(StepOutcome& outcome) {
   constexpr int kEstimates = 40;
   double before = std::numeric_limits<double>::infinity();
   problem_.set_rate_estimate(u_);
-  if (whole_freedom_count(system_) == 0) {  // x is where everything is prescribed to be
+  if (global_freedom_count(system_) == 0) {  // x is where everything is prescribed to be
     outcome.minimizer.termination = Termination::kConverged;
     outcome.minimizer.message = "nothing to solve for: every vertex is held";
     return true;
@@ -179,8 +179,8 @@ bool ConstrainedMinimization::solve_rounds(const Vector& from, StepOutcome& outc
     apply_constraint_force(force);
     const double roughness = round == 0 ? kFirst : (round == 1 ? kSecond : 1.0);
     if (!solve_roughly(is_quick ? roughness : 1.0, solve, outcome)) return false;
-    const Vector way = constraints.configuration((problem_.origin() - from) + u_);
-    const Vector end = start + stretch_ * way;
+    const Vector displacement = constraints.configuration((problem_.origin() - from) + u_);
+    const Vector end = start + stretch_ * displacement;
     double error = constraints.values(end).cwiseAbs().maxCoeff();
     if (round > 0) {
       error = std::max(error, (end - predicted).cwiseQuotient(lengths).cwiseAbs().maxCoeff());

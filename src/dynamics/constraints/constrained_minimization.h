@@ -97,7 +97,7 @@ class ConstrainedMinimization {
   Matrix influence_;  // of forces on the configuration on free coordinates, m/N; empty: not known
   ConstraintPotential potential_;
   Vector multipliers_;  // of potential_; empty: not known
-  // Of find_correction(): of u_ and of the multipliers.
+  // Results of find_correction(), for u_ and for the multipliers.
   Vector correction_;
   Vector multiplier_correction_;
   Vector gradient_;  // work space

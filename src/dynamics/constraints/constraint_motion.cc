@@ -82,7 +82,7 @@ void Constraints::prescribe(double time, Vector& q) const {
   }
 }
 
-void Constraints::for_each_prescribed_way(
+void Constraints::for_each_prescribed_displacement(
     const Vector& from, double time,
     const std::function<void(Index, const Vector3&)>& visit) const {
   if (!moving_) return;

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "many_equations.h"
+#include "sparse_multipliers.h"
 
 namespace tetraction {
 namespace {
@@ -25,7 +25,7 @@ Vector solve_redundant(const Matrix& a, const Vector& b, const Vector& row_facto
 }
 
 bool is_many(const Constraints& constraints) {
-  return constraints.equation_count() >= kManyEquations;
+  return constraints.equation_count() >= kLeastSparse;
 }
 
 double largest(const Vector& g) {

@@ -4,6 +4,7 @@
 
 #include "core/decompositions.h"
 #include "tetraction/core/parallel.h"
+#include "tetraction/dynamics/body_sums.h"
 #include "tetraction/dynamics/nodal_volume/nodal_volume.h"
 
 namespace tetraction {
@@ -105,10 +106,7 @@ void ScaledMatrix::perform_op(const double* in, double* out) const {
 // The coordinates of single vertices come in the order of the vertices, the own ones first.
 double ScaledMatrix::dot(const Vector& x, const Vector& y) const {
   if (system_.part() == nullptr) return x.dot(y);
-  Index own = 0;
-  for (Index v = 0; v < system_.owned_vertex_count(); ++v) {
-    own += system_.coordinates().is_free(v) ? 3 : system_.coordinates().map(v).count;
-  }
+  const Index own = own_freedom_count(system_);
   return sum_over_parts(system_.part(), x.head(own).dot(y.head(own)));
 }
 

@@ -5,7 +5,7 @@
 #include <optional>
 
 #include "fem/tangent_operator.h"
-#include "many_equations.h"
+#include "sparse_multipliers.h"
 #include "tetraction/dynamics/mechanical_system.h"
 
 namespace tetraction {

@@ -70,12 +70,12 @@ struct VolumeStep {
   }
 };
 
-// The steps of all elements from x − way to x + way.
+// The steps of all elements from x − half_step to x + half_step.
 class VolumeSteps {
  public:
-  VolumeSteps(const RestState& rest, const Positions& x, const Vector& way)
-      : rest_(rest), x_(x), way_(way) {}
-  VolumeStep operator()(Index e) const { return {gradient(e, x_), gradient(e, way_)}; }
+  VolumeSteps(const RestState& rest, const Positions& x, const Vector& half_step)
+      : rest_(rest), x_(x), half_step_(half_step) {}
+  VolumeStep operator()(Index e) const { return {gradient(e, x_), gradient(e, half_step_)}; }
   // The change of F in the direction d.
   Matrix3 gradient(Index e, const Positions& d) const {
     return deformation_gradient(rest_.point(e), 0, rest_.gather_relative(d, e));
@@ -89,10 +89,10 @@ class VolumeSteps {
  private:
   const RestState& rest_;
   const Positions& x_;
-  const Vector& way_;
+  const Vector& half_step_;
 };
 
-// Of every patch: the secant of U between both ends, and for a direction its change.
+// The secant of U between both ends for every patch, and its change in a direction.
 struct Secants {
   Vector value;
   Vector change;
@@ -128,20 +128,20 @@ Secants find_secants(const NodalPatches& patches, const std::vector<VolumetricLa
 
 }  // namespace
 
-void NodalVolume::add_discrete_gradient(const Positions& x, const Vector& way,
+void NodalVolume::add_discrete_gradient(const Positions& x, const Vector& half_step,
                                         Vector& gradient) const {
   Impl& s = *impl_;
-  const VolumeSteps steps(s.rest, x, way);
+  const VolumeSteps steps(s.rest, x, half_step);
   const Secants secants = find_secants(s.patches, s.laws, s.rest, steps, nullptr);
   s.add_forces(gradient, [&](Index e, std::size_t lane) {
     return steps.forces(e, s.patches.mean(secants.value, lane) * steps(e).stress());
   });
 }
 
-void NodalVolume::add_discrete_gradient_product(const Positions& x, const Vector& way,
+void NodalVolume::add_discrete_gradient_product(const Positions& x, const Vector& half_step,
                                                 const Vector& d, Vector& product) const {
   Impl& s = *impl_;
-  const VolumeSteps steps(s.rest, x, way);
+  const VolumeSteps steps(s.rest, x, half_step);
   const Secants secants = find_secants(s.patches, s.laws, s.rest, steps, &d);
   s.add_forces(product, [&](Index e, std::size_t lane) {
     const VolumeStep step = steps(e);

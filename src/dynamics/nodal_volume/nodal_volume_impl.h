@@ -1,4 +1,4 @@
-// What NodalVolume keeps (tetraction/dynamics/nodal_volume/nodal_volume.h): patches, laws and work space.
+// The members of NodalVolume (tetraction/dynamics/nodal_volume/nodal_volume.h): patches, laws and work space.
 #pragma once
 
 #include <memory>

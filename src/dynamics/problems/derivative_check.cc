@@ -89,7 +89,7 @@ double least_eigenvalue(const HessianBlocks& hessian) {
   return size > 0.0 ? least / size : 0.0;
 }
 
-// What the difference of energies between two points must be, divided by their distance: the first derivative here, or
+// The expected difference of energies between two points, divided by their distance: the first derivative here, or
 // its mean if its own derivative jumps here.
 double mean_slope(double low, double here, double high, bool jumps) {
   return jumps ? 0.25 * (low + 2.0 * here + high) : here;
@@ -201,12 +201,12 @@ DerivativeErrors check_derivatives(const NodalVolume& volume, const RestState& r
     for (double& x : direction) x = number(random);
     const Vector high = q + kStep * edge * direction;
     const Vector low = q - kStep * edge * direction;
-    const Vector way = high - low;  // what the two points really are apart
-    const double analytic = gradient.dot(way);
+    const Vector distance = high - low;  // what the two points really are apart
+    const double analytic = gradient.dot(distance);
     force_error += std::pow(volume.energy(high) - volume.energy(low) - analytic, 2);
     force_norm += analytic * analytic;
     Vector product = Vector::Zero(q.size());
-    volume.add_product(q, way, product);
+    volume.add_product(q, distance, product);
     stiffness_error += (gradient_at(high) - gradient_at(low) - product).squaredNorm();
     stiffness_norm += product.squaredNorm();
   }

@@ -39,21 +39,21 @@ void DiscreteGradientStep::begin(const State& state, double h, double end_time, 
 }
 
 void DiscreteGradientStep::move(const Vector& u) const {
-  way_ = (origin() - previous_) + u;
-  end_ = origin() + (u + way_);
+  half_step_ = (origin() - previous_) + u;
+  end_ = origin() + (u + half_step_);
 }
 
 EvaluationStatus DiscreteGradientStep::evaluate_internal(const Vector& u) const {
-  if (internal_.known && internal_.way == way_) return {};
+  if (internal_.known && internal_.half_step == half_step_) return {};
   internal_.gradient.setZero(u.size());
   const EvaluationStatus status =
-      gradient_.add({Positions(origin(), u), way_, viscous().factor()}, internal_.gradient);
+      gradient_.add({Positions(origin(), u), half_step_, viscous().factor()}, internal_.gradient);
   internal_.known = status.ok();
   if (!status.ok()) return status;
   if (const NodalVolume* volume = system_.nodal_volume(); volume != nullptr) {
-    volume->add_discrete_gradient(Positions(origin(), u), way_, internal_.gradient);
+    volume->add_discrete_gradient(Positions(origin(), u), half_step_, internal_.gradient);
   }
-  internal_.way = way_;
+  internal_.half_step = half_step_;
   return status;
 }
 
@@ -113,7 +113,7 @@ double DiscreteGradientStep::longest_step_of_end(const Vector& u, const Vector& 
 void DiscreteGradientStep::linearize(const Vector& u) {
   point_ = u;
   move(u);
-  point_way_ = way_;
+  point_half_step_ = half_step_;
   at_end_ = is_far_from_middle();
   set_rate_estimate(u);
   const bool with_loads = system_.has_load_of_position();
@@ -131,7 +131,7 @@ bool DiscreteGradientStep::is_far_from_middle() const {
   const RestState& rest = system_.rest();
   for (Index i = 0; i < rest.point_count(); ++i) {
     const double slenderness = slenderness_[static_cast<std::size_t>(i)];
-    const double change = rest.gather_relative(way_, i).norm() * slenderness;
+    const double change = rest.gather_relative(half_step_, i).norm() * slenderness;
     if (change > kFew) return true;
     const LameParameters lame = system_.lame(rest.element_of(i));
     const double stress = (lame.lambda + 2.0 * lame.mu) * change * change;
@@ -144,9 +144,11 @@ void DiscreteGradientStep::multiply(const Vector& d, Vector& product) const {
   product = coefficient().cwiseProduct(d);
   terms_.add_product(d, product);
   if (system_.has_load_of_position()) load_stiffness_.add_product(d, product);
-  gradient_.add_product({Positions(origin(), point_), point_way_, viscous().factor()}, d, product);
+  gradient_.add_product({Positions(origin(), point_), point_half_step_, viscous().factor()}, d,
+                        product);
   if (const NodalVolume* volume = system_.nodal_volume(); volume != nullptr) {
-    volume->add_discrete_gradient_product(Positions(origin(), point_), point_way_, d, product);
+    volume->add_discrete_gradient_product(Positions(origin(), point_), point_half_step_, d,
+                                          product);
   }
 }
 

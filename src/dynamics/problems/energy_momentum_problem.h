@@ -48,7 +48,7 @@ class DiscreteGradientStep : public StepProblem {
   Positions elastic_positions(const Vector& u) const override;
 
  private:
-  // way_ ← x − q_k, end_ ← q_{k+1}.
+  // half_step_ ← x − q_k, end_ ← q_{k+1}.
   void move(const Vector& u) const;
   // Evaluates internal_ after move(), unless it is known there.
   EvaluationStatus evaluate_internal(const Vector& u) const;
@@ -60,19 +60,19 @@ class DiscreteGradientStep : public StepProblem {
   double start_time_ = 0.0;
   double end_time_ = 0.0;
   std::vector<float> slenderness_;  // |D_m⁻¹| of every element, 1/m
-  mutable Vector way_;
+  mutable Vector half_step_;
   mutable Vector end_;
   mutable Vector shift_;
   // The last evaluation of f̄_W. It is kept because the last one of a solver is at the solution.
   struct Internal {
     bool known = false;
-    Vector way;
+    Vector half_step;
     Vector gradient;
   };
   mutable Internal internal_;
-  Vector point_;         // u of the linearisation
-  Vector point_way_;     // x − q_k there
-  bool at_end_ = false;  // the Hessian is that at q_{k+1}
+  Vector point_;            // u of the linearisation
+  Vector point_half_step_;  // x − q_k there
+  bool at_end_ = false;     // the Hessian is that at q_{k+1}
   HessianBlocks terms_;
   LoadStiffness load_stiffness_;
 };

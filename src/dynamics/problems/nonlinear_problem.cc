@@ -4,6 +4,7 @@
 
 #include "fem/element_blocks.h"
 #include "tetraction/dynamics/nodal_volume/nodal_volume.h"
+#include "tetraction/dynamics/problems/minimizer.h"
 
 namespace tetraction {
 
@@ -44,6 +45,16 @@ EvaluationStatus MinimizationProblem::hessian(const Vector& u, const HessianBloc
   terms.for_each_pair(
       [&](Index i, Index j, const Matrix3& block) { pattern.add_pair_block(i, j, block, values); });
   return status;
+}
+
+bool make_admissible(const NonlinearProblem& problem, Vector& u) {
+  constexpr int kHalvings = 40;
+  for (int i = 0; i < kHalvings; ++i) {
+    if (problem.is_defined(u)) return true;
+    u *= 0.5;
+  }
+  u.setZero();
+  return problem.is_defined(u);
 }
 
 }  // namespace tetraction

@@ -10,6 +10,7 @@
 
 #include "dynamics/constraints/constraint_potential.h"
 #include "tetraction/core/parallel.h"
+#include "tetraction/dynamics/body_sums.h"
 #include "tetraction/fem/step_length.h"
 
 namespace tetraction {
@@ -160,9 +161,7 @@ double PotentialProblem::origin_value() const {
 }
 
 double PotentialProblem::dot(const Vector& a, const Vector& b) const {
-  if (system_.part() == nullptr) return a.dot(b);
-  const Index size = 3 * system_.owned_vertex_count();
-  return sum_over_parts(system_.part(), a.head(size).dot(b.head(size)));
+  return sum_over_parts(system_.part(), own_dot(system_, a, b));
 }
 
 double PotentialProblem::largest(const Vector& u) const {
@@ -191,7 +190,7 @@ EvaluationStatus PotentialProblem::move_terms(const Vector& u) const {
   return {};
 }
 
-// Of the own vertices of a part.
+// The energy of the own vertices of a part.
 double PotentialProblem::term_energy(const Vector& u) const {
   const ForcePoint start = energy_point(previous_);
   const ForcePoint at = energy_point(at_);
@@ -325,7 +324,7 @@ EvaluationStatus PotentialProblem::value(const Vector& u, double& phi) const {
   return agree(status, phi);
 }
 
-// Of a body in parts: the sum of Φ over the parts, and whether it is defined in all of them.
+// For a body in parts: the sum of Φ over the parts, and whether it is defined in all of them.
 EvaluationStatus PotentialProblem::agree(EvaluationStatus status, double& phi) const {
   if (system_.part() == nullptr) return status;
   std::array<double, 2> sums{status.ok() ? 0.0 : 1.0, status.ok() ? phi : 0.0};

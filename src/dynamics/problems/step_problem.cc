@@ -5,9 +5,8 @@
 #include <limits>
 #include <vector>
 
-#include "dynamics/steppers/agreed_outcome.h"
 #include "tetraction/core/parallel.h"
-#include "tetraction/dynamics/whole_body.h"
+#include "tetraction/dynamics/body_sums.h"
 
 namespace tetraction {
 namespace {
@@ -72,9 +71,10 @@ void StepProblem::begin(const State& state, double h, double end_time, double al
 
 void StepProblem::prescribe_base(double time) {
   base_ = previous_;
-  system_.constraints().for_each_prescribed_way(previous_, time, [&](Index v, const Vector3& way) {
-    vertex_block(base_, v) += alpha_ * way;
-  });
+  system_.constraints().for_each_prescribed_displacement(
+      previous_, time, [&](Index v, const Vector3& displacement) {
+        vertex_block(base_, v) += alpha_ * displacement;
+      });
 }
 
 void StepProblem::inertial_guess(Vector& x) const {
@@ -107,7 +107,7 @@ double StepProblem::dissipated_energy(const Vector& u, double h) const {
 double StepProblem::buckling_ratio(const Vector& u) const {
   double energy = 0.0;
   if (!elastic_energy(u, energy).ok()) return std::numeric_limits<double>::infinity();
-  const double cell = 6.0 * volume_ / static_cast<double>(whole_tetrahedron_count(system_));
+  const double cell = 6.0 * volume_ / static_cast<double>(global_tetrahedron_count(system_));
   return 6.0 * energy * step_ * step_ / (system_.total_mass() * std::pow(cell, 2.0 / 3.0));
 }
 

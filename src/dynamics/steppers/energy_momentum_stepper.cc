@@ -14,8 +14,9 @@
 #include "dynamics/problems/solve_to_round_off.h"
 #include "dynamics/terms/term_forces.h"
 #include "implicit_stepper.h"
+#include "rotated_guess.h"
 #include "tetraction/dynamics/body_sums.h"
-#include "turned_guess.h"
+#include "tetraction/fem/step_length.h"
 
 namespace tetraction {
 namespace {
@@ -26,8 +27,8 @@ constexpr double kEnergyShare = 1e-13;
 // The largest share with which a step is accepted.
 constexpr double kLargestEnergyShare = 1e-9;
 // Guesses besides those of FirstGuess.
-constexpr int kTurned = FirstGuess::kCount;
-constexpr int kMirrored = kTurned + 1;
+constexpr int kRotated = FirstGuess::kCount;
+constexpr int kMirrored = kRotated + 1;
 constexpr int kGuesses = kMirrored + 1;
 
 class EnergyMomentumStepper : public ImplicitStepper {
@@ -104,8 +105,23 @@ class EnergyMomentumStepper : public ImplicitStepper {
     if (find(from, end_time, outcome) && solve_again(from, outcome)) return true;
     outcome.status = StepStatus::kNotConverged;
     outcome.message = "the equations of the energy-momentum step have no solution near any guess" +
-                      (message.empty() ? std::string() : ": " + message);
+                      (message.empty() ? std::string() : ": " + message) + note_on_limit(from);
     return false;
+  }
+
+  // A remark for messages where the motion reaches the limit of the stretch of a material.
+  std::string note_on_limit(const State& from) {
+    constexpr double kNear = 0.1;
+    const ElasticPotential& elastic = system_.elastic();
+    if (!has_stretch_limit(elastic)) return {};
+    step_.inertial_guess(work_);
+    const Vector end = 2.0 * work_ - from.position;
+    if (std::min(least_stretch_margin(elastic, from.position), least_stretch_margin(elastic, end)) >
+        kNear)
+      return {};
+    return "; a material comes to the limit of its stretch, where its energy grows like "
+           "-ln(margin) without bound: "
+           "take a smaller step or another rule";
   }
 
   // Where every vertex is held, constraints' equations need no forces, but they must be met.
@@ -129,8 +145,8 @@ class EnergyMomentumStepper : public ImplicitStepper {
       step_.inertial_guess(work_);
       const Vector3 move =
           2.0 * (center_of_mass(system_, work_) - center_of_mass(system_, from.position));
-      guess_turned(system_, from, 2.0 * step_.step(), move,
-                   i == kMirrored ? GuessedStrain::kMirrored : GuessedStrain::kKept, work_);
+      guess_rotated(system_, from, 2.0 * step_.step(), move,
+                    i == kMirrored ? GuessedStrain::kMirrored : GuessedStrain::kKept, work_);
       return true;
     }
     if (i != kMirrored) return false;
@@ -198,7 +214,7 @@ class EnergyMomentumStepper : public ImplicitStepper {
       all.residual_limit = reached.residual_limit;
       all.asked_limit = reached.asked_limit;
       all.message = reached.message;
-      // What is left is round-off.
+      // The rest is round-off.
       const bool is_at_floor = report.termination == Termination::kNoProgress &&
                                report.residual <= kRoundOffMargin * round_off;
       if (is_at_floor)

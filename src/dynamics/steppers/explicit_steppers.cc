@@ -7,10 +7,9 @@
 #include <optional>
 #include <vector>
 
-#include "agreed_outcome.h"
+#include "common_outcome.h"
 #include "dynamics/terms/term_forces.h"
 #include "dynamics/terms/vertex_kernels.h"
-#include "finite_outcome.h"
 #include "force_cache.h"
 #include "tetraction/core/parallel.h"
 #include "tetraction/dynamics/body_sums.h"
@@ -42,7 +41,7 @@ class ExplicitStepper : public Stepper {
     if (system_.part() != nullptr) {
       outcome.balance_sums = outcome.ok() ? balance_shares(system_, to)
                                           : std::vector<double>(balance_share_count(system_));
-      agree(system_.part(), outcome);
+      make_common(system_.part(), outcome);
     }
     if (!outcome.ok()) force_.invalidate();  // of all parts or of none
     return outcome;
@@ -265,9 +264,10 @@ class ExplicitStepper : public Stepper {
     if (constraints.empty()) return true;
     remember_momenta(to.momentum);
     constraints.coordinates().project_momentum(system_.mass(), to.momentum);
-    constraints.for_each_prescribed_way(from.position, to.time, [&](Index v, const Vector3& way) {
-      vertex_block(to.momentum, v) += system_.mass()[v] / h * way;
-    });
+    constraints.for_each_prescribed_displacement(
+        from.position, to.time, [&](Index v, const Vector3& displacement) {
+          vertex_block(to.momentum, v) += system_.mass()[v] / h * displacement;
+        });
     if (constraints.has_equations()) {
       const Vector start = constraints.configuration(from.position);
       system_.velocity_of(to.momentum, work_);

@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "core/conjugate_gradients.h"
-#include "dynamics/constraints/proper_rotation.h"
+#include "core/decompositions.h"
 #include "fem/element_sums.h"
 #include "tetraction/dynamics/body_sums.h"
 

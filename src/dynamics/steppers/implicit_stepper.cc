@@ -3,10 +3,10 @@
 #include <Eigen/Geometry>
 #include <utility>
 
-#include "agreed_outcome.h"
+#include "common_outcome.h"
+#include "converge_loads.h"
 #include "dynamics/terms/term_forces.h"
-#include "finite_outcome.h"
-#include "settle_loads.h"
+#include "tetraction/dynamics/body_sums.h"
 
 namespace tetraction {
 
@@ -35,7 +35,7 @@ void ImplicitStepper::reset() {
 
 StepOutcome ImplicitStepper::advance(const State& from, State& to, double h, double end_time) {
   StepOutcome outcome = advance_part(from, to, h, end_time);
-  agree(system_.part(), outcome);
+  make_common(system_.part(), outcome);
   if (outcome.ok()) guess_.keep(from.velocity, outcome.elastic_energy);
   return outcome;
 }
@@ -47,7 +47,7 @@ StepOutcome ImplicitStepper::advance_part(const State& from, State& to, double h
   reactions_.delay.setZero();
   problem_->begin(from, h, end_time, alpha_, load_);
   if (!solve_step(from, end_time, outcome)) return outcome;
-  if (!settle_loads(from, h, end_time, outcome)) return outcome;
+  if (!converge_loads(from, h, end_time, outcome)) return outcome;
 
   to.step = from.step + 1;
   to.time = end_time;
@@ -98,8 +98,8 @@ StepOutcome ImplicitStepper::advance_part(const State& from, State& to, double h
 // Loads that depend on positions are those of the solution. Without a root finder, and with the multipliers of
 // constraints, they are first others, and are replaced by those of the solution until both agree within
 // the tolerance.
-bool ImplicitStepper::settle_loads(const State& from, double h, double end_time,
-                                   StepOutcome& outcome) {
+bool ImplicitStepper::converge_loads(const State& from, double h, double end_time,
+                                     StepOutcome& outcome) {
   if (!system_.has_load_of_position()) return true;
   load_ = problem_->constant_loads();
   const auto load_of_solution = [&](Vector& load) {
@@ -115,10 +115,10 @@ bool ImplicitStepper::settle_loads(const State& from, double h, double end_time,
     solve_.u().setZero();
     return solve_again(from, outcome);
   };
-  const LoadSettling settling =
-      tetraction::settle_loads(load_, load_of_solution, is_small, solve_with);
-  if (settling == LoadSettling::kSettled) return true;
-  if (settling == LoadSettling::kNotSolved) return false;
+  const LoadConvergence settling =
+      tetraction::converge_loads(load_, load_of_solution, is_small, solve_with);
+  if (settling == LoadConvergence::kConverged) return true;
+  if (settling == LoadConvergence::kNotSolved) return false;
   outcome.status = StepStatus::kNotConverged;
   outcome.message =
       "the loads that depend on positions, such as those on the rim of a pressure, do not settle";

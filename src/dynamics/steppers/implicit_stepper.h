@@ -86,7 +86,7 @@ class ImplicitStepper : public Stepper {
   // The step of the own part of the body, with the part's shares in the balance.
   StepOutcome advance_part(const State& from, State& to, double h, double end_time);
   bool lead_along(const State& from, double end_time, StepOutcome& outcome);
-  bool settle_loads(const State& from, double h, double end_time, StepOutcome& outcome);
+  bool converge_loads(const State& from, double h, double end_time, StepOutcome& outcome);
   bool take_momenta(const State& from, State& to, double h, StepOutcome& outcome);
 
   bool moving_;  // prescribed vertices move

@@ -11,7 +11,7 @@
 #include "core/pseudo_random.h"
 #include "dynamics/constraints/scaled_matrix.h"
 #include "tetraction/core/error.h"
-#include "tetraction/dynamics/whole_body.h"
+#include "tetraction/dynamics/body_sums.h"
 
 namespace tetraction {
 namespace {
@@ -286,7 +286,7 @@ Index critical_element(const MechanicalSystem& system, const CriticalModes& mode
 StabilityLimit stability_limit(const MechanicalSystem& system, const Vector& q, Integrator rule,
                                CriticalModes* modes, double time) {
   StabilityLimit limit;
-  if (whole_freedom_count(system) == 0) {  // nothing that could oscillate
+  if (global_freedom_count(system) == 0) {  // nothing that could oscillate
     limit.critical_step = kInfinity;
     if (modes != nullptr) *modes = {};
     return limit;
@@ -330,7 +330,7 @@ StabilityLimit stability_limit(const MechanicalSystem& system, const Vector& q, 
 struct StabilityTracker::Impl {
   explicit Impl(const MechanicalSystem& body) : system(body), op(body) {}
 
-  // What was done since the last set_…(), as measured.
+  // Counts the work since the last set_…().
   void count() {
     cost += op.is_fast() ? 2.0 + 0.75 * static_cast<double>(op.products())
                          : 3.5 * static_cast<double>(op.products());

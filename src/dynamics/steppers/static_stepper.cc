@@ -8,10 +8,10 @@
 #include <limits>
 #include <utility>
 
+#include "converge_loads.h"
 #include "dynamics/constraints/constrained_minimization.h"
 #include "first_guess.h"
 #include "mesh/bounding_box.h"
-#include "settle_loads.h"
 
 namespace tetraction {
 namespace {
@@ -56,7 +56,7 @@ class Implementation : public StaticStepper {
     problem_.begin(from.position, end_factor);
     solve_.add_constraint_potential();
     if (!choose_start(from, h, end_factor, outcome) || !minimize(from, outcome) ||
-        !settle_loads(end_factor, outcome)) {
+        !converge_loads(end_factor, outcome)) {
       return outcome;
     }
     const Vector& u = solve_.u();
@@ -210,7 +210,7 @@ class Implementation : public StaticStepper {
       term->add_gradient(system_.force_point(x, problem_.time()), gradient_);
       all.add(-factor * gradient_, x, about);
     }
-    // What the solver may leave at each vertex adds up.
+    // Residuals that the solver may leave at the vertices add up.
     const double left = std::sqrt(static_cast<double>(system_.vertex_count())) *
                         std::max(outcome.minimizer.residual, outcome.minimizer.residual_limit);
     const double size = bounding_box(system_.mesh()).diagonal();
@@ -229,7 +229,7 @@ class Implementation : public StaticStepper {
 
   // Loads that depend on positions are those of the last minimiser. They are taken anew until they do
   // not change any more.
-  bool settle_loads(double end_factor, StepOutcome& outcome) {
+  bool converge_loads(double end_factor, StepOutcome& outcome) {
     constexpr double kEnough = 1e-13;  // of the loads
     if (!system_.has_load_of_position()) return true;
     load_ = problem_.constant_loads();
@@ -246,10 +246,10 @@ class Implementation : public StaticStepper {
       solve_.u().setZero();
       return solve_.minimize(start_, outcome);
     };
-    const LoadSettling settling =
-        tetraction::settle_loads(load_, load_of_solution, is_small, solve_with);
-    if (settling == LoadSettling::kSettled) return true;
-    if (settling == LoadSettling::kNotSolved) return false;
+    const LoadConvergence settling =
+        tetraction::converge_loads(load_, load_of_solution, is_small, solve_with);
+    if (settling == LoadConvergence::kConverged) return true;
+    if (settling == LoadConvergence::kNotSolved) return false;
     outcome.status = StepStatus::kNotConverged;
     outcome.message =
         "the forces at the rim of a pressure, which depend on the positions, do not settle: hold "

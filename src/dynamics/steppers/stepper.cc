@@ -49,11 +49,12 @@ double Stepper::constraint_work(const State& from, const State& to) const {
     if (reactions_.configuration_force.size() > 0) {
       passed_on = constraints.vertex_forces(reactions_.configuration_force);
     }
-    constraints.for_each_prescribed_way(from.position, to.time, [&](Index v, const Vector3& way) {
-      if (v >= system_.owned_vertex_count()) return;
-      work += vertex_block(reactions_.force, v).dot(way);
-      if (passed_on.size() > 0) work -= vertex_block(passed_on, v).dot(way);
-    });
+    constraints.for_each_prescribed_displacement(
+        from.position, to.time, [&](Index v, const Vector3& displacement) {
+          if (v >= system_.owned_vertex_count()) return;
+          work += vertex_block(reactions_.force, v).dot(displacement);
+          if (passed_on.size() > 0) work -= vertex_block(passed_on, v).dot(displacement);
+        });
   }
   // For terms that stand for constraints the work of their dependence on the time counts, less the
   // change of their stored energy.

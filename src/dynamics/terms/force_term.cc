@@ -116,11 +116,11 @@ void ForceTerm::add_discrete_gradient(const ForcePoint& from, const ForcePoint& 
   const double time = 0.5 * (from.time + to.time);
   const Vector middle = 0.5 * (from.position + to.position);
   add_gradient({from.mass, middle, time, span}, force);
-  const Vector way = to.position - from.position;
+  const Vector displacement = to.position - from.position;
   const ForcePoint start{from.mass, from.position, time, span};
   const ForcePoint end{to.mass, to.position, time, span};
   const double change = energy_change(from, to) - driven_work(from, to);
-  const double linear = force.dot(way);
+  const double linear = force.dot(displacement);
   gradient += force;
   const double rest = change - linear;
   // A difference that may be round-off would divided by a small way become a force that is not.
@@ -137,7 +137,7 @@ void ForceTerm::add_discrete_gradient(const ForcePoint& from, const ForcePoint& 
     const auto i = static_cast<Index>(v);
     acts[v] = !vertex_block(force, i).isZero(0.0) || !vertex_block(ends, i).isZero(0.0) ||
               !vertex_block(at_end, i).isZero(0.0);
-    if (acts[v]) vertex_block(along, i) = vertex_block(way, i);
+    if (acts[v]) vertex_block(along, i) = vertex_block(displacement, i);
   }
   const double size = along.squaredNorm();
   if (is_in_balance(middle, force)) along = without_rigid_motion(middle, along, acts);

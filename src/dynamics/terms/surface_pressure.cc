@@ -91,9 +91,9 @@ bool rests_on_supports(const RimTerms& terms, const Vector3& o, const Vector& re
     };
     if (acts(force.at_rest, force.length * force.length)) return false;
     for (const auto& [u, arm] : force.arms) {
-      const Columns ways = coordinates.map(u).columns;
-      for (Index i = 0; i < ways.cols(); ++i) {
-        if (acts(Vector3(ways.col(i)).cross(arm), force.length)) return false;
+      const Columns directions = coordinates.map(u).columns;
+      for (Index i = 0; i < directions.cols(); ++i) {
+        if (acts(Vector3(directions.col(i)).cross(arm), force.length)) return false;
       }
     }
     for (const auto& [pair, weight] : force.products) {

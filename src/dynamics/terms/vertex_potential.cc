@@ -82,17 +82,17 @@ void VertexPotential::add_hessian(const ForcePoint& at, HessianForm form,
 
 Vector3 VertexPotential::discrete_gradient(double mass, const Vector3& from,
                                            const Vector3& to) const {
-  const Vector3 way = to - from;
+  const Vector3 displacement = to - from;
   Vector3 middle = gradient(mass, 0.5 * (from + to));
   const double before = value(mass, from);
   const double after = value(mass, to);
-  const double linear = middle.dot(way);
+  const double linear = middle.dot(displacement);
   const double rest = after - before - linear;
   // A difference that may be round-off would divided by a small way become a force that is not.
   const double round_off = 64.0 * std::numeric_limits<double>::epsilon() *
                            (std::abs(before) + std::abs(after) + std::abs(linear));
   if (!(std::abs(rest) > round_off)) return middle;
-  return middle + rest / way.squaredNorm() * way;
+  return middle + rest / displacement.squaredNorm() * displacement;
 }
 
 void VertexPotential::add_discrete_gradient(const ForcePoint& from, const ForcePoint& to,

@@ -37,14 +37,6 @@ HWY_INLINE Real number(Zero) {
 HWY_INLINE Real trace(const Columns<Vec>& m) {
   return Real(hn::Add(m.m[0][0], hn::Add(m.m[1][1], m.m[2][2])));
 }
-// tr(a b).
-HWY_INLINE Real trace_of_product(const Columns<Vec>& a, const Columns<Vec>& b) {
-  Vec sum = hn::Mul(a.m[0][0], b.m[0][0]);
-  for (int k = 1; k < 9; ++k) {
-    sum = hn::MulAdd(a.m[k / 3][k % 3], b.m[k % 3][k / 3], sum);
-  }
-  return Real(sum);
-}
 // a:b of symmetric matrices.
 HWY_INLINE Real contract(const Symmetric<Vec>& a, const Symmetric<Vec>& b) {
   const Vec on = hn::MulAdd(a.m[0], b.m[0], hn::MulAdd(a.m[3], b.m[3], hn::Mul(a.m[5], b.m[5])));
@@ -88,7 +80,7 @@ struct Geometry {
                       const uint16_t* HWY_RESTRICT slots) {
     const Tag tag;
     RecordAccess<Tag>::edges<true>(tag, step.positions, step.displacements, slots, kBatchLanes, e);
-    RecordAccess<Tag>::edges(tag, step.ways, slots, kBatchLanes, d);
+    RecordAccess<Tag>::edges(tag, step.half_steps, slots, kBatchLanes, d);
     inverse_six_volume = Real(hn::Load(tag, rest + 6 * kBatchLanes));
     const Real inverse_volume = Real(6.0) * inverse_six_volume;
     volume = quotient(Real(1.0), inverse_volume);

@@ -28,7 +28,7 @@ namespace tetraction {
 struct StepRecords {
   const double* positions = nullptr;      ///< of an origin o of the mean positions x
   const double* displacements = nullptr;  ///< x − o
-  const double* ways = nullptr;           ///< x − q_k
+  const double* half_steps = nullptr;     ///< x − q_k
   double viscous = 0.0;                   ///< f, Pa
 };
 

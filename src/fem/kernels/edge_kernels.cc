@@ -159,7 +159,7 @@ void diagonal_of_nodes(const double* HWY_RESTRICT matrices, double* HWY_RESTRICT
   using Vec = hn::Vec<Tag>;
   const Tag tag;
   constexpr std::size_t kLanes = hn::MaxLanes(Tag());
-  // Of the products c_k c_l: 11 22 33 12 13 23, with the places of their blocks among the numbers of a
+  // The products c_k c_l: 11 22 33 12 13 23, with the places of their blocks among the numbers of a
   // matrix. A symmetric block has xx xy xz yy yz zz.
   HWY_ALIGN double numbers[6 * 6 * kLanes];
   HWY_ALIGN double sums[kLanes];

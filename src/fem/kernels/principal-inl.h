@@ -57,18 +57,6 @@ struct PrincipalFrame {
   Stretches<Real> stretches;
   Columns<Vec> b;  ///< bᵢ
 
-  /// Of the metric BᵀB of the edges.
-  HWY_INLINE PrincipalFrame(Tag tag, const Columns<Vec>& l, const Symmetric<Vec>& metric_of_b)
-      : stretches(of(tag, metric_of_b)) {
-    for (int i = 0; i < 3; ++i) {
-      const Real* n = stretches.axes[i];
-      for (int k = 0; k < 3; ++k) {
-        Vec sum = hn::Mul(l.m[0][k], n[0].v);
-        for (int j = 1; j <= k; ++j) sum = hn::MulAdd(l.m[j][k], n[j].v, sum);
-        b.m[i][k] = sum;
-      }
-    }
-  }
   static HWY_INLINE PrincipalFrame of_edges(Tag tag, const Columns<Vec>& e,
                                             const Symmetric<Vec>& g) {
     const Columns<Vec> l = cholesky(tag, g);
@@ -76,9 +64,9 @@ struct PrincipalFrame {
     product_of(e, l, el);
     Symmetric<Vec> c;
     metric(el, c);
-    return PrincipalFrame(tag, l, c);
+    return PrincipalFrame(l, refined(of(c), el));
   }
-  /// Of a metric c of edges, which is that of B = e L pushed to Lᵀ c L.
+  /// From a metric c of edges, which is that of B = e L pushed to Lᵀ c L.
   static HWY_INLINE PrincipalFrame of_metric(Tag tag, const Symmetric<Vec>& c,
                                              const Columns<Vec>& l) {
     Columns<Vec> cl;
@@ -96,7 +84,7 @@ struct PrincipalFrame {
                        hn::MulAdd(l.m[i][1], cl.m[j][1], hn::Mul(l.m[i][0], cl.m[j][0])));
       }
     }
-    return PrincipalFrame(tag, l, pushed);
+    return PrincipalFrame(l, refined(of(pushed), pushed));
   }
 
   /// result = factor Σ sᵢ bᵢ ⊗ bᵢ.
@@ -112,7 +100,43 @@ struct PrincipalFrame {
   }
 
  private:
-  static HWY_INLINE Stretches<Real> of(Tag, const Symmetric<Vec>& c) {
+  HWY_INLINE PrincipalFrame(const Columns<Vec>& l, const Stretches<Real>& of_edges)
+      : stretches(of_edges) {
+    for (int i = 0; i < 3; ++i) {
+      const Real* n = stretches.axes[i];
+      for (int k = 0; k < 3; ++k) {
+        Vec sum = hn::Mul(l.m[0][k], n[0].v);
+        for (int j = 1; j <= k; ++j) sum = hn::MulAdd(l.m[j][k], n[j].v, sum);
+        b.m[i][k] = sum;
+      }
+    }
+  }
+
+  // The stretches with all their digits where they are uneven. `source` is B or BᵀB. Copies are passed, so that the
+  // compiler can keep the originals in registers.
+  template <class Source>
+  static HWY_INLINE Stretches<Real> refined(Stretches<Real> plain, const Source& source) {
+    if (HWY_UNLIKELY(plain.is_uneven())) {
+      const Source copy = source;
+      Stretches<Real> exact = plain;
+      refine(copy, exact);
+      plain = exact;
+    }
+    return plain;
+  }
+  static HWY_NOINLINE void refine(const Columns<Vec>& of_b, Stretches<Real>& stretches) {
+    Real columns[3][3];
+    for (int k = 0; k < 9; ++k) columns[k / 3][k % 3] = Real(of_b.m[k / 3][k % 3]);
+    stretches.refine(columns);
+  }
+  // The transposed Cholesky factor stands for B.
+  static HWY_NOINLINE void refine(const Symmetric<Vec>& c, Stretches<Real>& stretches) {
+    const Columns<Vec> factor = cholesky(Tag(), c);
+    Real columns[3][3];
+    for (int k = 0; k < 9; ++k) columns[k / 3][k % 3] = Real(factor.m[k % 3][k / 3]);
+    stretches.refine(columns);
+  }
+  static HWY_INLINE Stretches<Real> of(const Symmetric<Vec>& c) {
     Real a[6];
     for (int k = 0; k < 6; ++k) a[k] = Real(c.m[k]);
     for (const int k : {0, 3, 5}) a[k] = a[k] - Real(1.0);

@@ -370,7 +370,7 @@ void remove_checkpoints_after(const std::string& directory, Index step, bool is_
       remove_output(file.path);
     }
   }
-  // What a program that was killed has left.
+  // Remains of a program that was killed.
   std::error_code error;
   for (fs::directory_iterator entry(folder, error), end; !error && entry != end;
        entry.increment(error)) {

@@ -99,9 +99,9 @@ StoredCheckpoint handed_out(const MeshPart& part, StoredCheckpoint whole) {
   ArchiveReader reader(bytes);
   transfer(reader, own);
   const auto to = vertex_vectors(own.checkpoint);
-  for (std::size_t i = 0; i < vectors.size(); ++i) *to[i] = part.hand_out(vectors[i], 3);
+  for (std::size_t i = 0; i < vectors.size(); ++i) *to[i] = part.scatter(vectors[i], 3);
   if (anywhere(&part, force.size() > 0)) {
-    own.checkpoint.progress.external_force = part.hand_out(force, 3);
+    own.checkpoint.progress.external_force = part.scatter(force, 3);
   }
   own.checkpoint.progress.plan.automatic.modes = {};  // over the free coordinates of the whole body
   std::map<Index, Index> own_number;

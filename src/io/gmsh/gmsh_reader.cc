@@ -61,7 +61,7 @@ class GmshReader {
   }
 
  private:
-  // What the format calls int, size_t and double.
+  // The types that the format calls int, size_t and double.
   std::int64_t int32(const char* wanted) { return numbers_.int32(wanted); }
   std::int64_t size(const char* wanted) { return numbers_.size(wanted); }
   double real(const char* wanted) { return numbers_.real(wanted); }

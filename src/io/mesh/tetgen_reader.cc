@@ -197,7 +197,7 @@ RawMesh read_tetgen(const std::string& path, std::vector<std::string>& unused) {
   check_end(nodes);
   check_end(elements);
   const std::string face_path = sibling(upper ? ".FACE" : ".face");
-  // What is there but cannot be read, such as a link to itself, is refused by read_file().
+  // read_file() refuses a file that cannot be read, such as a link to itself.
   std::error_code error;
   if (std::filesystem::exists(face_path, error) || error) {
     const std::string face_text = read_tetgen_text(face_path);

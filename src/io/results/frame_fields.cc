@@ -32,7 +32,7 @@ Matrix regions(const MechanicalSystem& system) {
   return region;
 }
 
-// Of stresses that are given as columns of six components.
+// Von Mises stresses of columns of six components.
 Matrix von_mises_of(const Matrix& stress) {
   Matrix values(1, stress.cols());
   for (Index i = 0; i < stress.cols(); ++i) {

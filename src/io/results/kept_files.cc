@@ -39,7 +39,7 @@ void check_header(std::ifstream& file, const std::string& path, const std::strin
   if (line + '\n' != header) fail(path, "it has other columns than this run");
 }
 
-// What stands between `begin`, whose last character is a quotation mark, and the next such mark. Empty if the line
+// The text between `begin`, whose last character is a quotation mark, and the next such mark. Empty if the line
 // does not have it.
 std::string quoted_after(const std::string& line, std::string_view begin) {
   const std::size_t at = line.find(begin);

@@ -38,7 +38,7 @@ struct PartRecorder::Impl {
   std::string summary;
   std::optional<OutputError> failure;
   bool is_finished = false;
-  // Of process 0.
+  // Only process 0 has it.
   std::optional<DirectoryLock> lock;
   std::optional<RowFile> history;
   std::unique_ptr<ProbeFile> probes;

@@ -141,11 +141,11 @@ bool leads_below_here(const fs::path& directory) {
     place = fs::weakly_canonical(place / part, error);
     // A link to nothing would lead to what somebody puts there later.
     if (!error && fs::is_symlink(fs::symlink_status(place, error))) return false;
-    // What cannot be examined cannot be written to either, and this has its own message.
+    // A place that cannot be examined cannot be written to either, and this has its own message.
     if (error && error != std::errc::no_such_file_or_directory) return true;
   }
-  const fs::path way = place.lexically_relative(here);
-  return !way.empty() && way != "." && *way.begin() != "..";
+  const fs::path relative = place.lexically_relative(here);
+  return !relative.empty() && relative != "." && *relative.begin() != "..";
 }
 
 [[noreturn]] void refuse_to_mix(const std::string& directory, const char* there,

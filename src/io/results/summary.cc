@@ -8,8 +8,8 @@
 #include "tetraction/core/parallel.h"
 #include "tetraction/core/process.h"
 #include "tetraction/core/version.h"
+#include "tetraction/dynamics/body_sums.h"
 #include "tetraction/dynamics/derived_fields.h"
-#include "tetraction/dynamics/whole_body.h"
 #include "tetraction/io/run_recorder.h"
 #include "tetraction/simulation/equilibrium.h"
 #include "tetraction/simulation/probe.h"
@@ -28,8 +28,8 @@ nlohmann::ordered_json mesh_json(const MechanicalSystem& system) {
   nlohmann::ordered_json skipped = nlohmann::ordered_json::object();
   for (const auto& [type, count] : mesh.report.skipped_cells) skipped[to_string(type)] = count;
   return {{"source", mesh.source},
-          {"vertices", whole_vertex_count(system)},
-          {"tetrahedra", whole_tetrahedron_count(system)},
+          {"vertices", global_vertex_count(system)},
+          {"tetrahedra", global_tetrahedron_count(system)},
           {"volume", mesh.total_volume()},
           {"reoriented_tetrahedra", mesh.report.reoriented},
           {"dropped_vertices", mesh.report.dropped_vertices},
@@ -127,8 +127,8 @@ std::string summary_json(const Session& session, const std::string& directory,
   json["warnings"] = session.warnings();
   json["mesh"] = mesh_json(system);
   json["mass"] = system.total_mass();
-  json["degrees_of_freedom"] = {{"all", 3 * whole_vertex_count(system)},
-                                {"free", whole_freedom_count(system)}};
+  json["degrees_of_freedom"] = {{"all", 3 * global_vertex_count(system)},
+                                {"free", global_freedom_count(system)}};
   const LoadPath* path = session.load_path();
   if (path == nullptr) {
     json["integrator"] = to_string(session.time_settings().integrator);
@@ -201,7 +201,7 @@ std::string summary_json(const Session& session, const std::string& directory,
   json["wall_seconds"] = {{"mesh", times.mesh},           {"setup", times.setup},
                           {"stability", times.stability}, {"stepping", times.stepping},
                           {"output", times.output},       {"total", times.total()}};
-  // Of several processes, that with the most.
+  // The largest of several processes.
   json["peak_memory_bytes"] = static_cast<std::uint64_t>(
       largest_of_parts(system.part(), static_cast<double>(peak_memory_bytes())));
   if (system.part() != nullptr) json["processes"] = system.part()->count();

@@ -1,4 +1,4 @@
-// What a recorder of results does about files that it cannot write.
+// The handling of files that a recorder of results cannot write.
 #pragma once
 
 #include <functional>

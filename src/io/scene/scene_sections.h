@@ -1,4 +1,4 @@
-// What the scene reader does beyond the descriptions of the sections.
+// The work of the scene reader beyond the descriptions of the sections.
 #pragma once
 
 #include <functional>

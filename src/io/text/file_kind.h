@@ -12,7 +12,7 @@ inline constexpr std::string_view kXmlVtkKind = "a VTK file in XML (.vtu)";
 inline constexpr std::string_view kVegaKind = "a Vega mesh (.veg)";
 inline constexpr std::string_view kTetgenKind = "a TetGen mesh (.node and .ele)";
 
-/// What a text with these first bytes is, as the rest of a sentence that begins "it is", such as
+/// The kind of a text with these first bytes, as the rest of a sentence that begins "it is", such as
 /// "a Git LFS pointer, …". Empty if the bytes do not say.
 std::string_view kind_of_file(std::string_view text);
 

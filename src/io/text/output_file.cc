@@ -211,7 +211,7 @@ std::int64_t RowFile::flush() {
   std::string_view rest = rows_;
   const int reason = write_all(descriptor_, rest);
   std::string_view written = std::string_view(rows_).substr(0, rows_.size() - rest.size());
-  // Of the rows that fit, the last one may be there in part.
+  // The last one of the rows that fit may be incomplete.
   written = written.substr(0, written.rfind('\n') + 1);
   size_ += static_cast<std::int64_t>(written.size());
   sum_ = check_sum(written, sum_);

@@ -23,7 +23,7 @@ std::string temporary_name(const std::string& path);
 /// A link is deleted itself, not its target. Throws OutputError.
 void remove_output(const std::string& path);
 
-/// What a result file contains. Empty if there is none, if it cannot be read, or if it is a link, a pipe
+/// The text of a result file. Empty if there is none, if it cannot be read, or if it is a link, a pipe
 /// or a directory, for which nothing must wait.
 std::string read_output(const std::string& path);
 
@@ -66,7 +66,7 @@ class RowFile {
   /// Begins a file that has `begin`, the header with the first rows, as soon as it has its name.
   RowFile(std::string path, std::string_view begin);
   /// Goes on with a file that is there, after its first `kept_size` bytes, which have this check sum.
-  /// What follows them is cut off. The file must have that size or more, and must not be a link.
+  /// Bytes after them are cut off. The file must have that size or more, and must not be a link.
   /// A hard link is replaced by a copy: what has its other names stays as it is.
   RowFile(std::string path, std::int64_t kept_size, std::uint32_t kept_sum);
   /// Writes the rows that were collected, if they can be written.

@@ -9,7 +9,7 @@
 
 namespace tetraction {
 
-/// What one file may have at most, unless the memory of the machine is less than twice as much.
+/// The largest size of a file, unless the memory of the machine is less than twice as much.
 inline constexpr std::size_t kLargestFile = std::size_t{8} << 30U;
 
 /// The whole file in memory, without the mark of UTF-8 (U+FEFF) that some programs write first. Throws FileError if it is missing or cannot be read, if it is no regular

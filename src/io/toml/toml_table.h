@@ -38,7 +38,7 @@ class TomlTable {
   }
   /// The value under a key that is present.
   Json json(std::string_view key) const { return to_json(*find(key)); }
-  /// What refuses that value.
+  /// The function that refuses that value.
   Refusal refusal(std::string_view key) const;
 
   /// The table under a key that is present.

@@ -11,7 +11,7 @@ class vtkUnstructuredGrid;
 
 namespace tetraction {
 
-/// What read_guarded() returns.
+/// The result of read_guarded().
 struct GridFile {
   VtkHeader header;   ///< what the file announces
   std::string bytes;  ///< what `encode` made of its grid

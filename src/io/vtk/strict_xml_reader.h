@@ -17,7 +17,7 @@ class StrictXmlReader : public vtkXMLUnstructuredGridReader {
   static StrictXmlReader* New();
   vtkTypeMacro(StrictXmlReader, vtkXMLUnstructuredGridReader);
 
-  /// What is wrong with the file, after Update(); empty if nothing is.
+  /// The defect of the file, after Update(); empty if there is none.
   const std::string& trouble() const { return trouble_; }
 
  protected:

@@ -128,7 +128,7 @@ class XmlArrays {
           path_, tag.name, name));
     }
   }
-  // What decides on the meaning of an array must stand there as it is meant.
+  // Attributes that decide on the meaning of an array must be written without references.
   void refuse_references(const XmlTag& array) const {
     // VTK looks for numbers that are no appended ones behind the first > of the tag.
     bool is_good = array.attribute("offset") || array.body.find('>') == array.body.npos;

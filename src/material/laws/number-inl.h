@@ -12,6 +12,7 @@
 #include <hwy/contrib/math/math-inl.h>
 
 #include <cmath>
+#include <cstddef>
 #include <limits>
 
 #include "derivatives.h"
@@ -102,6 +103,34 @@ HWY_INLINE Number<Tag> larger_magnitude(Number<Tag> x, Number<Tag> y) {
 HWY_INLINE double larger_magnitude(double x, double y) {
   return std::fmax(std::abs(x), std::abs(y));
 }
+/// Whether the largest of three numbers is above `factor` times the smallest, in any lane.
+template <class Tag>
+HWY_INLINE bool differ_by(double factor, const Number<Tag>* x) {
+  const auto least = hn::Min(x[0].v, hn::Min(x[1].v, x[2].v));
+  const auto most = hn::Max(x[0].v, hn::Max(x[1].v, x[2].v));
+  return !hn::AllFalse(Tag(), hn::Gt(most, hn::Mul(Number<Tag>(factor).v, least)));
+}
+HWY_INLINE bool differ_by(double factor, const double* x) {
+  return std::fmax(x[0], std::fmax(x[1], x[2])) > factor * std::fmin(x[0], std::fmin(x[1], x[2]));
+}
+/// Copies the numbers in the lanes of x to memory or from there.
+template <class Tag>
+HWY_INLINE void to_lanes(Number<Tag> x, double* lanes) {
+  hn::StoreU(x.v, Tag(), lanes);
+}
+HWY_INLINE void to_lanes(double x, double* lanes) {
+  *lanes = x;
+}
+template <class Tag>
+HWY_INLINE void from_lanes(const double* lanes, Number<Tag>& x) {
+  x = Number<Tag>(hn::LoadU(Tag(), lanes));
+}
+HWY_INLINE void from_lanes(const double* lanes, double& x) {
+  x = *lanes;
+}
+/// The number of lanes of a type.
+template <class Real>
+constexpr std::size_t kLanesOf = sizeof(Real) / sizeof(double);
 /// |x| with the sign of `sign`.
 template <class Tag>
 HWY_INLINE Number<Tag> with_sign(Number<Tag> x, Number<Tag> sign) {

@@ -16,6 +16,7 @@
 #define TETRACTION_MATERIAL_PRINCIPAL_INL_H_
 #endif
 
+#include "material/uneven_stretches.h"
 #include "volumetric-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -100,7 +101,10 @@ struct PrincipalAxes {
   }
 };
 
-/// The principal stretches of A = C − I.
+/// Squares of stretches that differ by more than this factor are computed without C.
+inline constexpr double kMostEven = 64.0;
+
+/// The principal stretches of A = C − I. Of `values` only differences are used after the constructor.
 template <class Real>
 struct Stretches : PrincipalAxes<Real> {
   Real c[3];    ///< λᵢ²
@@ -114,6 +118,47 @@ struct Stretches : PrincipalAxes<Real> {
       sum = sum + log[i];
     }
     for (Real& number : log) number = number - Real(1.0 / 3.0) * sum;
+  }
+
+  /// Whether the smallest stretch may have lost digits in C, in any lane.
+  HWY_INLINE bool is_uneven() const { return differ_by(kMostEven, c); }
+  /// Computes the stretches where they are uneven from the columns of a matrix B with BᵀB = C.
+  HWY_NOINLINE void refine(const Real (&columns)[3][3]) {
+    constexpr std::size_t kLanes = kLanesOf<Real>;
+    double of_columns[3][3][kLanes];
+    double of_axes[3][3][kLanes];
+    double of_values[3][kLanes];
+    double of_c[3][kLanes];
+    double of_log[3][kLanes];
+    for (int i = 0; i < 3; ++i) {
+      for (int k = 0; k < 3; ++k) {
+        to_lanes(columns[i][k], of_columns[i][k]);
+        to_lanes(this->axes[i][k], of_axes[i][k]);
+      }
+      to_lanes(this->values[i], of_values[i]);
+      to_lanes(c[i], of_c[i]);
+      to_lanes(log[i], of_log[i]);
+    }
+    for (std::size_t lane = 0; lane < kLanes; ++lane) {
+      const double squares[3] = {of_c[0][lane], of_c[1][lane], of_c[2][lane]};
+      if (!differ_by(kMostEven, squares)) continue;
+      double own[3][3];
+      for (int i = 0; i < 3; ++i) {
+        for (int k = 0; k < 3; ++k) own[i][k] = of_columns[i][k][lane];
+      }
+      const UnevenStretches exact = uneven_stretches(own);
+      for (int i = 0; i < 3; ++i) {
+        of_values[i][lane] = of_c[i][lane] = exact.c[i];
+        of_log[i][lane] = exact.log[i];
+        for (int k = 0; k < 3; ++k) of_axes[i][k][lane] = exact.axes[i][k];
+      }
+    }
+    for (int i = 0; i < 3; ++i) {
+      for (int k = 0; k < 3; ++k) from_lanes(of_axes[i][k], this->axes[i][k]);
+      from_lanes(of_values[i], this->values[i]);
+      from_lanes(of_c[i], c[i]);
+      from_lanes(of_log[i], log[i]);
+    }
   }
 
   /// Ψ without its volumetric part.

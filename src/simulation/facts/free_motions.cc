@@ -115,7 +115,7 @@ class Part {
     Matrix6 restraint = normalized(constraint_restraint());
     if (potentials.any) restraint += potential_restraint(potentials);
     const SymmetricEigen eigen = symmetric_eigen(Matrix(restraint));
-    // What restrains a motion at all is about 1.
+    // Any restraint of a motion is about 1.
     const double limit = kFree * std::max(1.0, eigen.values[5]);
     Index count = 0;
     while (count < 6 && eigen.values[count] <= limit) ++count;
@@ -233,9 +233,10 @@ std::vector<std::string> Part::names_of(const Modes& modes) const {
   const SymmetricEigen eigen = symmetric_eigen(Matrix(spins.transpose() * spins));
   Index count = 0;
   while (count < modes.cols() && eigen.values[count] < kSame * kSame) ++count;
-  const std::vector<Vector3> ways = plain_basis(moves * eigen.vectors.leftCols(count));
-  names.reserve(ways.size());
-  for (const Vector3& way : ways) names.push_back("move along " + direction_name(way));
+  const std::vector<Vector3> directions = plain_basis(moves * eigen.vectors.leftCols(count));
+  names.reserve(directions.size());
+  for (const Vector3& direction : directions)
+    names.push_back("move along " + direction_name(direction));
   for (const Vector3& axis : plain_basis(spins)) {
     // The combination that rotates about this axis, and the velocity of the centre in it without
     // what the free translations can change.
@@ -245,11 +246,12 @@ std::vector<std::string> Part::names_of(const Modes& modes) const {
       combination += (spins * c).dot(axis) / eigen.values[i] * c;
     }
     Vector3 drift = size_ * (moves * combination);
-    for (const Vector3& way : ways) drift -= way.dot(drift) * way;
-    names.push_back(ways.size() == 3 ? "rotate about " + direction_name(axis)
-                                     : fmt::format("rotate about the line through {} along {}",
-                                                   list_of(center_ + axis.cross(drift), size_),
-                                                   direction_name(axis)));
+    for (const Vector3& direction : directions) drift -= direction.dot(drift) * direction;
+    names.push_back(directions.size() == 3
+                        ? "rotate about " + direction_name(axis)
+                        : fmt::format("rotate about the line through {} along {}",
+                                      list_of(center_ + axis.cross(drift), size_),
+                                      direction_name(axis)));
   }
   return names;
 }

@@ -33,7 +33,7 @@ struct FreeMotions {
 /// and dead loads restrain nothing.
 FreeMotions find_free_motions(const MechanicalSystem& system, double time = 0.0);
 
-/// What a mechanism with free motions can do, as the end of the sentence "the body can still …".
+/// The free motions of a mechanism, as the end of the sentence "the body can still …".
 std::string mechanism_text(const Mechanism& mechanism);
 
 /// A warning of mechanisms whose pieces can move. Empty if there are none.

@@ -1,19 +1,43 @@
 #include "load_facts.h"
 
 #include <fmt/format.h>
+#include <array>
+#include <cstdlib>
 
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <utility>
+#include <vector>
 
 #include "core/quoting.h"
-#include "mesh/rim_edges.h"
 #include "simulation/scene/body_loads.h"
 #include "tetraction/dynamics/terms/consistent_loads.h"
 
 namespace tetraction {
 namespace {
+
+// The edges of oriented triangles that have no opposite edge, in the direction of their triangles. A closed
+// surface has none.
+std::vector<std::array<Index, 2>> rim_edges(const std::vector<std::array<Index, 3>>& triangles) {
+  // Directed edges from the smaller to the larger number, minus the others.
+  std::map<std::array<Index, 2>, int> counts;
+  for (const auto& triangle : triangles) {
+    for (std::size_t i = 0; i < 3; ++i) {
+      const Index from = triangle[i];
+      const Index to = triangle[(i + 1) % 3];
+      counts[{std::min(from, to), std::max(from, to)}] += from < to ? 1 : -1;
+    }
+  }
+  std::vector<std::array<Index, 2>> edges;
+  for (const auto& [ends, count] : counts) {
+    for (int i = 0; i < std::abs(count); ++i) {
+      edges.push_back(count > 0 ? ends : std::array<Index, 2>{ends[1], ends[0]});
+    }
+  }
+  return edges;
+}
 
 // How many directions of a vertex are held. Vertices of free handles move with the handle.
 int held_directions(const FreeCoordinates& coordinates, Index vertex) {

@@ -15,7 +15,7 @@ namespace tetraction {
 struct SurfaceFacts {
   Index triangles = 0;
   double area = 0.0;  ///< m²
-  /// What encloses it if it is closed, m³; of the surface of a cavity, negative.
+  /// The volume inside it if it is closed, m³; of the surface of a cavity, negative.
   double volume = 0.0;
   Index rim_edges = 0;      ///< none: the surface is closed
   double rim_length = 0.0;  ///< m, of straight edges
@@ -36,7 +36,7 @@ struct ForceFacts {
   Vector3 held = Vector3::Zero();  ///< resultant of what acts along directions that are held, N
 };
 
-/// Of forces at positions (3 per vertex, N and m). Sums that are round-off are zero.
+/// The facts of forces at positions (3 per vertex, N and m). Sums that are round-off are zero.
 ForceFacts force_facts(const MechanicalSystem& system, const Vector& positions,
                        const Vector& forces);
 

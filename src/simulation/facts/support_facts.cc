@@ -26,12 +26,12 @@ class Facts {
     facts.angular_velocity = held.motion.angular_velocity;
     facts.center = held.motion.center;
     for (std::size_t i = 0; i < held.vertices.size(); ++i) {
-      Vector3 way = held.motion.position(held.start.col(static_cast<Index>(i)), 0.0) -
-                    system_.rest().position(held.vertices[i]);
+      Vector3 displacement = held.motion.position(held.start.col(static_cast<Index>(i)), 0.0) -
+                             system_.rest().position(held.vertices[i]);
       for (int axis = 0; axis < 3; ++axis) {
-        if (!held.components[static_cast<std::size_t>(axis)]) way[axis] = 0.0;
+        if (!held.components[static_cast<std::size_t>(axis)]) displacement[axis] = 0.0;
       }
-      facts.displacement = std::max(facts.displacement, way.norm());
+      facts.displacement = std::max(facts.displacement, displacement.norm());
     }
     return facts;
   }
@@ -46,10 +46,10 @@ class Facts {
     SupportFacts facts = of_vertices(guided.vertices);
     facts.kind = guided.directions.cols() == 2 ? SupportKind::kPlane : SupportKind::kLine;
     for (std::size_t i = 0; i < guided.vertices.size(); ++i) {
-      const Vector3 way =
+      const Vector3 displacement =
           guided.points.col(static_cast<Index>(i)) - system_.rest().position(guided.vertices[i]);
-      const Vector3 along = guided.directions * (guided.directions.transpose() * way);
-      facts.displacement = std::max(facts.displacement, (way - along).norm());
+      const Vector3 along = guided.directions * (guided.directions.transpose() * displacement);
+      facts.displacement = std::max(facts.displacement, (displacement - along).norm());
     }
     return facts;
   }
@@ -95,26 +95,6 @@ class Facts {
 };
 
 }  // namespace
-
-const char* to_string(SupportKind kind) {
-  switch (kind) {
-    case SupportKind::kFix:
-      return "fix";
-    case SupportKind::kSprings:
-      return "springs";
-    case SupportKind::kPlane:
-      return "plane";
-    case SupportKind::kLine:
-      return "line";
-    case SupportKind::kDistance:
-      return "distance";
-    case SupportKind::kFreeHandle:
-      return "free rigid handle";
-    case SupportKind::kDrivenHandle:
-      break;
-  }
-  return "driven rigid handle";
-}
 
 std::vector<SupportFacts> support_facts(const BodyConstraints& constraints,
                                         const MechanicalSystem& system) {

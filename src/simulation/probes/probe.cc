@@ -19,7 +19,7 @@
 namespace tetraction {
 namespace {
 
-// What the value of a quantity is.
+// The shape of the value of a quantity.
 enum class ValueShape { kVector, kSymmetricTensor, kScalar };
 // Over what it is computed.
 enum class ValueDomain { kMeanOfVertices, kSumOfVertices, kTetrahedra };

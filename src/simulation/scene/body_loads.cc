@@ -36,7 +36,7 @@ const Group* find_group(const TetMesh& mesh, const Selection& selection) {
   return groups.empty() ? nullptr : groups.front();
 }
 
-// What `select` returns, or nothing if it selects nothing.
+// The result of `select`, or nothing if it selects nothing.
 template <class Select>
 auto any_of_selection(const Select& select) -> decltype(select()) {
   try {

@@ -21,13 +21,13 @@ struct BodyLoads {
   std::vector<PressureLoad> pressures;
 };
 
-/// What LoadShare::kAuto shares a load of the selection out by: the areas of its faces at rest, else the masses of
+/// The weights of LoadShare::kAuto for a load of the selection: the areas of its faces at rest, else the masses of
 /// its tetrahedra. Nothing if it has neither. Throws InputError if it selects nothing, and for a group of triangles
 /// that are not on the boundary.
 std::optional<LoadDistribution> faces_or_tetrahedra(const Selection& selection,
                                                     const MechanicalSystem& system);
 
-/// What a load acts on: one of the three lists.
+/// The region of a load: one of the three lists.
 struct LoadedRegion {
   LoadShare share = LoadShare::kVertices;         ///< which of them; never kAuto
   std::vector<std::array<Index, 3>> triangles{};  ///< of the boundary, outward

@@ -27,7 +27,7 @@ void set_entry(List& list, std::optional<std::size_t> index, const Entry& entry)
   list[*index] = entry;
 }
 
-// What the edits of session_edits.cc do to the settings alone.
+// The effect of the edits of session_edits.cc on the settings alone.
 struct SettingsEditor {
   RunSettings& settings;
   BodyConstraints& constraints = settings.constraints;

@@ -264,7 +264,7 @@ std::unique_ptr<Minimizer> make_minimizer(const SolverSettings& solver,
 
 std::unique_ptr<RootFinder> make_root_finder(const SolverSettings& solver,
                                              const MechanicalSystem& system) {
-  // What needs one is not for a body in parts yet.
+  // A body in parts has no rule yet that needs one.
   if (solver.kind != "newton" || system.part() != nullptr) return nullptr;
   return make_newton_krylov_root_finder(system, newton_options(solver));
 }

@@ -21,7 +21,7 @@ constexpr NumberRange kTolerance{.least = 0.0,
                                  .advice = "; 1e-8 is usual"};
 constexpr NumberRange kStrength{
     .least = 0.0, .is_moderate = true, .advice = "; turn it with environment.direction"};
-// Of a step. Parts of h/2³⁰ are below the round-off of most times.
+// Halvings of a step. Parts of h/2³⁰ are below the round-off of most times.
 constexpr NumberRange kHalvings{.least = 0.0, .most = 30.0};
 // Smaller errors are below the round-off of positions.
 constexpr NumberRange kStepTolerance{

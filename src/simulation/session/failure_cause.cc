@@ -9,7 +9,7 @@
 #include "dynamics/terms/term_forces.h"
 #include "failure_place.h"
 #include "simulation/stepping/step_strategy.h"
-#include "tetraction/dynamics/whole_body.h"
+#include "tetraction/dynamics/body_sums.h"
 
 namespace tetraction {
 namespace {
@@ -42,7 +42,7 @@ Moduli moduli_of(const MechanicalSystem& system) {
 
 // The edge of a cube with the volume that belongs to a vertex, m.
 double length_of_vertex(const MechanicalSystem& system) {
-  return std::cbrt(system.mesh().total_volume() / static_cast<double>(whole_vertex_count(system)));
+  return std::cbrt(system.mesh().total_volume() / static_cast<double>(global_vertex_count(system)));
 }
 
 // The strain that the forces (3 per vertex, N) would make in the stiffest material: of the largest
@@ -70,7 +70,7 @@ std::optional<Index> first_not_finite(const Vector& field) {
 }
 
 double fastest(const MechanicalSystem& system, const Vector& momentum) {
-  const Vector3 mean = whole_resultant(system, momentum) / system.total_mass();
+  const Vector3 mean = global_resultant(system, momentum) / system.total_mass();
   double most = 0.0;
   for (Index v = 0; v < system.vertex_count(); ++v) {
     most = std::max(most, (vertex_block(momentum, v) / system.mass()[v] - mean).norm());
@@ -84,36 +84,6 @@ double wave_speed(const MechanicalSystem& system) {
 }
 
 }  // namespace
-
-const char* to_string(FailureCause cause) {
-  switch (cause) {
-    case FailureCause::kStepAboveLimit:
-      return "step_above_limit";
-    case FailureCause::kStepTooLarge:
-      return "step_too_large";
-    case FailureCause::kLoads:
-      return "loads";
-    case FailureCause::kSpeed:
-      return "speed";
-    case FailureCause::kStiffnessContrast:
-      return "stiffness_contrast";
-    case FailureCause::kPrescribedMotion:
-      return "prescribed_motion";
-    case FailureCause::kConstraints:
-      return "constraints";
-    case FailureCause::kDamping:
-      return "damping";
-    case FailureCause::kTolerance:
-      return "tolerance";
-    case FailureCause::kIterations:
-      return "iterations";
-    case FailureCause::kForceTerm:
-      return "force_term";
-    case FailureCause::kSolver:
-      break;
-  }
-  return "solver";
-}
 
 std::optional<BadForce> bad_force(const MechanicalSystem& system, const ForcePoint& at) {
   Vector force;

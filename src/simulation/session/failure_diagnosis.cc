@@ -8,7 +8,7 @@
 #include "failure_cause.h"
 #include "failure_place.h"
 #include "simulation/stepping/limit_estimates.h"
-#include "tetraction/dynamics/whole_body.h"
+#include "tetraction/dynamics/body_sums.h"
 #include "tetraction/fem/step_length.h"
 
 namespace tetraction {

@@ -8,8 +8,8 @@
 #include <utility>
 #include <vector>
 
+#include "tetraction/dynamics/body_sums.h"
 #include "tetraction/dynamics/derived_fields.h"
-#include "tetraction/dynamics/whole_body.h"
 
 namespace tetraction {
 namespace {
@@ -73,7 +73,7 @@ ConcernedElements hot_elements(const MechanicalSystem& system, const Vector& q) 
                    [&](Index a, Index b) { return densities[a] > densities[b]; });
   // Where the energy is the same everywhere, as in a body at rest, it tells nothing.
   const double count = sum_over_parts(system.part(), static_cast<double>(elements.size()));
-  if (count > 0.5 * static_cast<double>(whole_tetrahedron_count(system))) elements.clear();
+  if (count > 0.5 * static_cast<double>(global_tetrahedron_count(system))) elements.clear();
   ConcernedElements found;
   if (!elements.empty()) found.badness = densities[elements.front()];
   found.elements = std::move(elements);

@@ -7,7 +7,6 @@
 #include "simulation/stepping/adaptations.h"
 #include "tetraction/dynamics/body_sums.h"
 #include "tetraction/dynamics/derived_fields.h"
-#include "tetraction/dynamics/whole_body.h"
 #include "tetraction/simulation/equilibrium.h"
 
 namespace tetraction {
@@ -115,7 +114,7 @@ std::vector<double> HistoryColumns::values(const Session& session) const {
     add(row, balance.momenta().angular);
   }
   push(session.constraint_error(), session.last_iterations());
-  add(row, whole_resultant(session.system(), session.reaction_force()));
+  add(row, global_resultant(session.system(), session.reaction_force()));
   push(session.steps().last);
   if (path != nullptr) {
     push(largest_displacement(session.system(), session.state().position).length, path->residual);

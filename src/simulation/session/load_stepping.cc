@@ -51,7 +51,7 @@ NormalModeOptions mode_options(const StaticProblem& problem, const State& at, In
   return options;
 }
 
-// What is known of the fastest motion that goes away from an equilibrium, if one is found.
+// The fastest motion that goes away from an equilibrium, if one is found.
 std::optional<LossOfStability> examined(const StaticProblem& problem, const State& at) {
   constexpr Index kModes = 6;  // loads of this kind couple the lowest modes
   const MechanicalSystem& system = problem.system();

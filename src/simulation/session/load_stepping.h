@@ -34,7 +34,7 @@ class LoadStepping {
   const LoadPath& path() const { return path_; }
   /// The time that the examination of equilibria for motions that grow has taken, s.
   double examination_seconds() const { return examination_seconds_; }
-  /// What is to tell after a step with this outcome: why there was no equilibrium, which limit points
+  /// A message after a step with this outcome: why there was no equilibrium, which limit points
   /// the path has passed, or that round-off is large. Empty if there is nothing.
   std::string message(const StepOutcome& outcome) const;
 
@@ -68,12 +68,12 @@ class LoadStepping {
   double examination_seconds_ = 0.0;
 };
 
-/// What is to tell if round-off kept the last load step from a good balance of forces; otherwise empty.
+/// A message if round-off kept the last load step from a good balance of forces; otherwise empty.
 std::string round_off_text(const LoadPath& path);
 
-/// What is to tell about a limit point.
+/// A message about a limit point.
 std::string limit_text(const LimitPoint& limit);
-/// What is to tell about an equilibrium that loads make unstable.
+/// A message about an equilibrium that loads make unstable.
 std::string loss_text(const LossOfStability& loss);
 
 }  // namespace tetraction

@@ -17,7 +17,7 @@ namespace {
 
 // Share of a step within which an event is due.
 constexpr double kDue = 1e-6;
-// Of the energy that entered.
+// A share of the energy that entered.
 constexpr double kLargeEnergyError = 0.1;
 
 std::string no_such_event(const EventSettings& event, double end) {

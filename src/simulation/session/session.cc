@@ -34,22 +34,6 @@ bool is_good(const RunData& run) {
 
 }  // namespace
 
-std::string to_string(RunStatus status) {
-  switch (status) {
-    case RunStatus::kRunning:
-      return "running";
-    case RunStatus::kFinished:
-      return "ok";
-    case RunStatus::kUnstable:
-      return "unstable";
-    case RunStatus::kNotConverged:
-      return "failed";
-    case RunStatus::kCancelled:
-      break;
-  }
-  return "interrupted";
-}
-
 int exit_code(RunStatus status) {
   switch (status) {
     case RunStatus::kFinished:
@@ -200,7 +184,7 @@ void Session::Impl::require_motion(const char* what) const {
 void Session::apply(const Edit& edit, const std::string& what) {
   Impl& s = *impl_;
   s.require_motion("edits");
-  // What is made last counts: events that are due would otherwise come after this edit.
+  // The last change counts: events that are due would otherwise come after this edit.
   const bool runs = s.run.progress.status == RunStatus::kRunning;
   if (runs && !s.apply_events() && s.run.progress.status == RunStatus::kNotConverged) {
     throw InputError(s.run.progress.message);

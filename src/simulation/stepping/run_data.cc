@@ -111,7 +111,7 @@ bool is_cancelled_within_step(RunData& run) {
       "stopped on request after step {} ({} = {:.6g}{}), in the middle of the next one, which was "
       "given up",
       run.state().step, is_static ? "load factor" : "t", run.state().time, is_static ? "" : " s");
-  // What it remembers belongs to a state that was not reached.
+  // Its memory belongs to a state that was not reached.
   run.memory.stepper->reset();
   return true;
 }

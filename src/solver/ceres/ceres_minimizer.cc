@@ -224,14 +224,14 @@ class CeresMinimizer : public Minimizer {
   // along it.
   bool leave_saddle(const MinimizationProblem& problem, MinimizerReport& report) {
     if (!report.converged() && report.termination != Termination::kNoProgress) return false;
-    const NegativeCurvature way =
+    const NegativeCurvature descent =
         assembled().find_negative_curvature(problem, at_.u, report.factorizations);
-    if (!way.found()) return false;
+    if (!descent.found()) return false;
     if (report.iterations >= options_.max_iterations) {
       report.termination = Termination::kIterationLimit;
       return false;
     }
-    if (!follow(problem, way, at_, path(problem))) return false;
+    if (!follow(problem, descent, at_, path(problem))) return false;
     report.met_negative_curvature = true;
     ++report.iterations;
     judge(report);

@@ -111,7 +111,7 @@ class AssembledSystem {
   std::unique_ptr<MatrixParts> matrix_;
   HessianBlocks terms_;
   std::vector<double> values_;
-  // Of set_elements(): the positions, the diagonal, nodal volumes if there are any, and the force terms.
+  // Arguments of set_elements(): the positions, the diagonal, nodal volumes if there are any, and the force terms.
   Vector point_;
   Vector diagonal_;
   const NodalVolume* volume_ = nullptr;

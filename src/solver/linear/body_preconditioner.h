@@ -20,7 +20,7 @@ class BodyPreconditioner {
     kFactor      ///< a Cholesky factor
   };
   virtual ~BodyPreconditioner() = default;
-  /// What is known of its eigenvalues.
+  /// Knowledge about its eigenvalues.
   enum class Sign { kDefinite, kIndefinite, kUnknown };
 
   /// Makes it of ∇²Φ(u). With `convex` the matrix is made positive definite first.

@@ -16,7 +16,7 @@ namespace tetraction {
 /// A symmetric positive definite matrix of 6 × 6 blocks, one row and column of blocks for each group of
 /// vertices (coarse_space.h).
 ///
-/// Of a body in parts (mesh/mesh_part.h) every process adds what its own elements and vertices contribute. A
+/// For a body in parts (mesh/mesh_part.h) every process adds what its own elements and vertices contribute. A
 /// group with vertices that other parts have, too, belongs to the *interface*; all other groups are *inner*
 /// ones of their part (I), to which the other parts contribute nothing. So each process eliminates its inner groups,
 ///

@@ -29,7 +29,7 @@ namespace tetraction {
 /// x and A are those of the last update(). A preconditioner need not belong to the current matrix,
 /// so that one coarse space can be used for many systems.
 ///
-/// Of a body in parts (mesh/mesh_part.h) the groups are those of all parts. Groups of this part come first, and then
+/// For a body in parts (mesh/mesh_part.h) the groups are those of all parts. Groups of this part come first, and then
 /// those of other parts that this part has copies of vertices of. All processes must call the constructor, update()
 /// and solve().
 template <class T>

@@ -1,6 +1,7 @@
 // Conjugate gradients without an assembled matrix for Newton's linear systems.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <memory>
 #include <vector>
@@ -11,7 +12,6 @@
 #include "core/conjugate_gradients.h"
 #include "fem/tangent_operator.h"
 #include "negative_curvature.h"
-#include "shared_places.h"
 #include "single_precision_factor.h"
 #include "tetraction/dynamics/mechanical_system.h"
 #include "tetraction/dynamics/problems/nonlinear_problem.h"
@@ -19,6 +19,61 @@
 #include "vertex_terms.h"
 
 namespace tetraction {
+
+/// The places of the vertices of a part of a body that other parts have, too. Without parts there are none.
+class SharedPlaces {
+ public:
+  /// Keeps references to both.
+  SharedPlaces(const MechanicalSystem& system, const VertexGroups& groups)
+      : system_(system), groups_(groups) {
+    const MeshPart* part = system.part();
+    if (part == nullptr) return;
+    is_in_group_.assign(static_cast<std::size_t>(groups.count_with_copies()), false);
+    is_shared_.assign(groups.order().size(), 0);
+    sums_.setZero(system.dof_count());
+    for (Index g = 0; g < groups.count_with_copies(); ++g) {
+      for (Index i = groups.begin(g); i < groups.end(g); ++i) {
+        if (!std::binary_search(part->shared_vertices.begin(), part->shared_vertices.end(),
+                                groups.vertex(i))) {
+          continue;
+        }
+        places_.push_back(i);
+        is_in_group_[static_cast<std::size_t>(g)] = true;
+        is_shared_[static_cast<std::size_t>(i)] = 1;
+      }
+    }
+  }
+
+  const std::vector<Index>& places() const { return places_; }
+  bool are_in_group(Index group) const {
+    return !is_in_group_.empty() && is_in_group_[static_cast<std::size_t>(group)];
+  }
+  bool contains(Index place) const { return is_shared_[static_cast<std::size_t>(place)] != 0; }
+
+  /// Adds the records (x y z 0) own(place) over all parts. Collective.
+  template <class Own>
+  void add(const Own& own) {
+    for (const Index i : places_) {
+      vertex_block(sums_, groups_.vertex(i)) = own(i).template head<3>().template cast<double>();
+    }
+    add_shared(system_.part(), sums_, 3);
+  }
+  /// The sum at a shared place.
+  template <class T>
+  Eigen::Matrix<T, 4, 1> sum(Index place) const {
+    const Index v = groups_.vertex(place);
+    return Eigen::Vector4d(sums_[3 * v], sums_[3 * v + 1], sums_[3 * v + 2], 0.0)
+        .template cast<T>();
+  }
+
+ private:
+  const MechanicalSystem& system_;
+  const VertexGroups& groups_;
+  std::vector<Index> places_;
+  std::vector<std::uint8_t> is_shared_;  // of each place
+  std::vector<bool> is_in_group_;
+  Vector sums_;  // 3 per vertex
+};
 
 /// Conjugate gradients on ∇²Φ(x) in precision T. The tangent stiffness is applied element by
 /// element. The preconditioner consists of the vertices' 3 × 3 blocks and, where that saves time
@@ -32,7 +87,7 @@ namespace tetraction {
 /// found even if the gradient has no component along it, as in a symmetric body. The additional
 /// cost is small.
 ///
-/// Of a body in parts (mesh/mesh_part.h) every process works on its part: its own vertices, and copies of
+/// For a body in parts (mesh/mesh_part.h) every process works on its part: its own vertices, and copies of
 /// vertices of others, which get the same bits everywhere. A product exchanges the elastic forces on shared
 /// vertices, and sums are over own vertices. All processes must call the same functions.
 ///
@@ -81,7 +136,7 @@ class MatrixFreeCg {
  private:
   using Record = Eigen::Matrix<T, 4, 1>;
   using CoarseMotion = typename CoarseSpace<T>::Motion;
-  // What a motion (t, ω) of a group does to its vertices.
+  // The velocities of the vertices of a group in a motion (t, ω).
   struct RigidMotion {
     Record t, x, y, z;  // and ω × the unit vectors
     explicit RigidMotion(const CoarseMotion& motion) {

@@ -21,7 +21,7 @@ struct Supernode {
 ///
 /// A supernode of n columns and m rows below them is a trapezoid of n + m rows. Its columns come in
 /// panels of kPanelColumns, those of a panel in blocks of kBlockColumns; the last may be narrower.
-/// Of each panel `values` has
+/// For each panel `values` has
 ///   - block by block: the inverse of the block's triangle, by columns from the diagonal down,
 ///     then the block's rows below that within the panel;
 ///   - block by block: the block's rows below the panel.

@@ -19,7 +19,7 @@ class VertexGroups {
   /// about n^(4/3). So the size of groups grows slowly. Up to 200,000 vertices the solve takes less than a tenth of
   /// an iteration, and from 4,000 to 200,000 vertices the iterations grow by a factor of 1.4 (docs/scaling.md).
   ///
-  /// Of a part of a body, these are groups of its own vertices. The copies of vertices of other parts come
+  /// For a part of a body, these are groups of its own vertices. The copies of vertices of other parts come
   /// in further groups, which serve for loops only.
   explicit VertexGroups(const RestState& rest, const MeshPart* part = nullptr);
 

@@ -192,7 +192,7 @@ FreeModes free_rigid_motions(const MechanicalSystem& system, const Vector& q,
   const Matrix mechanisms = mechanism_fields(system, stiffness, q, parts, motions);
   motions.fields.conservativeResize(Eigen::NoChange, of_parts + mechanisms.cols());
   motions.fields.rightCols(mechanisms.cols()) = mechanisms;
-  // What the constraints keep from moving, weighted by the mass.
+  // The parts of the motions that the constraints hold, weighted by the mass.
   Matrix z(stiffness.size(), motions.fields.cols());
   Matrix missing(motions.fields.rows() + equations.count(), motions.fields.cols());
   for (Index j = 0; j < motions.fields.cols(); ++j) {

@@ -5,7 +5,7 @@
 
 namespace tetraction {
 
-/// What was found of small motions x e^(λt) about an equilibrium.
+/// The result of a search for small motions x e^(λt) about an equilibrium.
 struct LoadStability {
   /// Whether the rest is known. If not, because round-off may hide what is sought, the normal modes have to
   /// tell.

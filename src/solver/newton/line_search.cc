@@ -40,16 +40,16 @@ bool evaluate(const RootProblem& problem, Iterate& iterate) {
 // is_worth_trying(t), and then judged by judge(t, trial). If the longest step is not good enough, turns() may find a
 // point elsewhere.
 template <class Problem, class TryAt, class Judge, class Turn>
-bool LineSearch::halve(const Problem& problem, const Way& way, const TryAt& is_worth_trying,
+bool LineSearch::halve(const Problem& problem, const Line& line, const TryAt& is_worth_trying,
                        const Judge& judge, const Turn& turns, Iterate& iterate) {
   constexpr double kShortest = 1e-6;
-  const double longest = problem.longest_step(iterate.u, way.direction, way.elements_are_safe);
+  const double longest = problem.longest_step(iterate.u, line.direction, line.elements_are_safe);
   before_.u = iterate.u;
   before_.force.swap(iterate.force);
   before_.phi = iterate.phi;
   before_.residual = iterate.residual;
   for (double t = longest; t > kShortest * longest && is_worth_trying(t, longest); t *= 0.5) {
-    iterate.u = before_.u + t * way.direction;
+    iterate.u = before_.u + t * line.direction;
     if (evaluate(problem, iterate) && judge(t)) return true;
     if (t == longest && turns()) return true;
   }
@@ -57,21 +57,21 @@ bool LineSearch::halve(const Problem& problem, const Way& way, const TryAt& is_w
   return false;
 }
 
-// Tries points of the curved way that begins at before_.
+// Tries points of the curved path that begins at before_.
 template <class Judge>
-bool LineSearch::turn(const MinimizationProblem& problem, const Way& way, const Judge& judge,
+bool LineSearch::turn(const MinimizationProblem& problem, const Line& line, const Judge& judge,
                       Iterate& iterate) {
   constexpr double kShortest = 0.05;
-  double t = begin_path(problem, before_.u, way.direction, 1.0, *way.path);
+  double t = begin_path(problem, before_.u, line.direction, 1.0, *line.path);
   for (; t > kShortest; t *= 0.5) {
-    iterate.u = before_.u + way.path->at(t);
+    iterate.u = before_.u + line.path->at(t);
     if (evaluate(problem, iterate) && judge(t)) return true;
   }
   return false;
 }
 
-bool LineSearch::search(const MinimizationProblem& problem, const Way& way, Iterate& iterate) {
-  const double slope = problem.dot(iterate.force, way.direction);
+bool LineSearch::search(const MinimizationProblem& problem, const Line& line, Iterate& iterate) {
+  const double slope = problem.dot(iterate.force, line.direction);
   if (!(slope < 0.0)) return false;
   const double phi = iterate.phi;
   const double residual = iterate.residual;
@@ -79,38 +79,38 @@ bool LineSearch::search(const MinimizationProblem& problem, const Way& way, Iter
   const auto is_good = [&](double t) {
     const bool lower =
         drowns(t) ? iterate.residual <= 0.9 * residual : iterate.phi <= phi + kArmijo * t * slope;
-    return lower || iterate.residual <= 0.5 * residual || iterate.residual <= way.residual_limit;
+    return lower || iterate.residual <= 0.5 * residual || iterate.residual <= line.residual_limit;
   };
   return halve(
-      problem, way,
+      problem, line,
       // A step so short that Φ cannot tell is not better than a long one.
       [&](double t, double longest) { return !drowns(t) || t >= 0.1 * longest; }, is_good,
-      [&] { return way.path != nullptr && !drowns(1.0) && turn(problem, way, is_good, iterate); },
+      [&] { return line.path != nullptr && !drowns(1.0) && turn(problem, line, is_good, iterate); },
       iterate);
 }
 
-bool LineSearch::search(const RootProblem& problem, const Way& way, Iterate& iterate) {
+bool LineSearch::search(const RootProblem& problem, const Line& line, Iterate& iterate) {
   const double residual = iterate.residual;
   return halve(
-      problem, way, [](double, double) { return true; },
+      problem, line, [](double, double) { return true; },
       [&](double t) {
         return iterate.residual <= (1.0 - kArmijo * t) * residual ||
-               iterate.residual <= way.residual_limit;
+               iterate.residual <= line.residual_limit;
       },
       [] { return false; }, iterate);
 }
 
-bool follow(const MinimizationProblem& problem, const NegativeCurvature& way, Iterate& iterate,
+bool follow(const MinimizationProblem& problem, const NegativeCurvature& descent, Iterate& iterate,
             TurningPath* path) {
   constexpr double kShare = 0.1;
   constexpr double kShortest = 1e-9;
   const double size = problem.length_scale();
-  if (!(way.curvature < 0.0)) return false;
-  const double largest = problem.largest(way.direction);
+  if (!(descent.curvature < 0.0)) return false;
+  const double largest = problem.largest(descent.direction);
   if (!(largest > 0.0) || !std::isfinite(largest)) return false;
   // t = 1 moves some vertex by the size of the body.
-  Vector direction = (size / largest) * way.direction;
-  const double curvature = way.curvature * (size / largest) * (size / largest);
+  Vector direction = (size / largest) * descent.direction;
+  const double curvature = descent.curvature * (size / largest) * (size / largest);
   // Directions without stiffness, such as rigid motions with a large step, have a curvature that is
   // mere round-off.
   const double length = std::sqrt(problem.dot(direction, direction));

@@ -23,7 +23,7 @@ bool evaluate(const RootProblem& problem, Iterate& iterate);
 class LineSearch {
  public:
   /// The direction of a search.
-  struct Way {
+  struct Line {
     const Vector& direction;         ///< 3 per vertex, m
     bool elements_are_safe = false;  ///< no element can be inverted along it
     double residual_limit = 0.0;     ///< a residual that small ends the search, N
@@ -35,16 +35,16 @@ class LineSearch {
   /// enough. If the longest step fails, points of the curved way are tried before shorter steps, unless round-off
   /// hides the decrease. Returns false and leaves `iterate` unchanged if the direction does not descend or no
   /// trial point is good enough.
-  bool search(const MinimizationProblem& problem, const Way& way, Iterate& iterate);
+  bool search(const MinimizationProblem& problem, const Line& line, Iterate& iterate);
   /// The same with the residual |r| ≤ (1 − 1e-4 t) |r₀| as the only measure.
-  bool search(const RootProblem& problem, const Way& way, Iterate& iterate);
+  bool search(const RootProblem& problem, const Line& line, Iterate& iterate);
 
  private:
   template <class Problem, class TryAt, class Judge, class Turn>
-  bool halve(const Problem& problem, const Way& way, const TryAt& is_worth_trying,
+  bool halve(const Problem& problem, const Line& line, const TryAt& is_worth_trying,
              const Judge& judge, const Turn& turns, Iterate& iterate);
   template <class Judge>
-  bool turn(const MinimizationProblem& problem, const Way& way, const Judge& judge,
+  bool turn(const MinimizationProblem& problem, const Line& line, const Judge& judge,
             Iterate& iterate);
 
   Iterate before_;
@@ -58,7 +58,7 @@ class LineSearch {
 /// such t lowers Φ by more than its round-off.
 ///
 /// With a path the way is curved. It begins where the largest rotation or strain on it is of the order of one.
-bool follow(const MinimizationProblem& problem, const NegativeCurvature& way, Iterate& iterate,
+bool follow(const MinimizationProblem& problem, const NegativeCurvature& descent, Iterate& iterate,
             TurningPath* path = nullptr);
 
 }  // namespace tetraction

@@ -7,7 +7,7 @@
 #include "solver/linear/body_preconditioner.h"
 #include "solver/linear/matrix_free_cg.h"
 #include "tetraction/core/error.h"
-#include "tetraction/dynamics/whole_body.h"
+#include "tetraction/dynamics/body_sums.h"
 
 namespace tetraction {
 namespace {
@@ -25,7 +25,7 @@ CholeskyCost expected_cost(double unknowns) {
 // The quadrature points of the whole body: several processes share the work of all of them.
 double point_count(const MechanicalSystem& system) {
   return static_cast<double>(system.part() == nullptr ? system.rest().point_count()
-                                                      : whole_tetrahedron_count(system));
+                                                      : global_tetrahedron_count(system));
 }
 
 LinearSolver first_choice(bool supports_matrix_free, LinearSolver asked) {
@@ -73,7 +73,7 @@ LinearSolverChoice::LinearSolverChoice(const MechanicalSystem& system, const New
       supports_matrix_free_(MatrixFreeCg<float>::supports(system)),
       asked_(options.linear),
       current_(first_choice(supports_matrix_free_, asked_)),
-      unknowns_(whole_freedom_count(system)),
+      unknowns_(global_freedom_count(system)),
       costs_(point_count(system), expected_cost(static_cast<double>(unknowns_))) {
   if (in_parts_) asked_ = choice_in_parts(system, supports_matrix_free_, asked_);
 }

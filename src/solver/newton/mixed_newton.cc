@@ -61,7 +61,7 @@ class MixedNewtonMinimizer : public Minimizer {
   struct Point {
     Iterate at;
     Vector pressure;
-    // Of at.u: positions, U' and U''.
+    // Positions, U' and U'' at at.u.
     Vector x;
     Vector first;
     Vector second;

@@ -175,12 +175,12 @@ class NewtonRootFinder : public RootFinder {
     constexpr double kShortest = 1e-3;
     constexpr double kForcing = 0.1;
     const double longest = problem.longest_step(at_.u, direction_, false);
-    const Vector way = direction_;
-    const double length = way.norm();
+    const Vector whole = direction_;
+    const double length = whole.norm();
     const Iterate start = at_;
     Iterate trial;
     for (double t = longest; t > kShortest * longest; t *= 0.5) {
-      trial.u = start.u + t * way;
+      trial.u = start.u + t * whole;
       if (!evaluate(problem, trial)) continue;
       if ((t == longest && trial.residual <= kWell * start.residual) ||
           trial.residual <= report.residual_limit) {
@@ -197,7 +197,7 @@ class NewtonRootFinder : public RootFinder {
       }
     }
     at_ = start;
-    return line_search_.search(problem, {way, false, report.residual_limit}, at_);
+    return line_search_.search(problem, {whole, false, report.residual_limit}, at_);
   }
 
   MinimizerOptions options_;

@@ -1,4 +1,4 @@
-// What all solvers of implicit steps check and report in the same way.
+// Checks and reports that all solvers of implicit steps share.
 #pragma once
 
 #include <cmath>

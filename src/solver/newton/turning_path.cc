@@ -23,7 +23,7 @@ Vector3 axis_of(const Matrix3& l) {
 
 TurningPath::Laplacian::Laplacian(const MechanicalSystem& system)
     : pattern(system.rest(), system.coordinates()), cholesky(pattern) {
-  // Of a body that no linear constraint holds, the matrix leaves the translation open, but nothing asks for one.
+  // The matrix leaves the translation of a body open that no linear constraint holds, but nothing asks for one.
   constexpr double kRoundOff = 1e-12;
   const RestState& rest = system.rest();
   const int points = rest.points_per_element();

@@ -83,7 +83,7 @@ Vector VolumetricPressure::rates(const Vector& x, const Vector& d) const {
       .cwiseQuotient(rest_six_volume_);
 }
 
-// What the sites of a point pull at it.
+// The tension of the sites of a point.
 double VolumetricPressure::tension(const Vector& p, Index point) const {
   return patches_ == nullptr ? p[point] : patches_->mean(p, patches_->lane(point));
 }

@@ -89,8 +89,9 @@ class Constraints {
   /// Calls visit(vertex, displacement) for every prescribed vertex. The displacement leads its
   /// prescribed components from `from` to their targets at `time`. Without moving targets it does
   /// nothing.
-  void for_each_prescribed_way(const Vector& from, double time,
-                               const std::function<void(Index, const Vector3&)>& visit) const;
+  void for_each_prescribed_displacement(
+      const Vector& from, double time,
+      const std::function<void(Index, const Vector3&)>& visit) const;
   /// Sets the prescribed components of momenta to M times their rates at `time`.
   void prescribe_momentum(double time, Vector& momentum) const;
 

@@ -67,12 +67,12 @@ class NodalVolume {
   /// hessian += Σ_a c_a b_a b_aᵀ, N/m.
   void add_outer_products(const Positions& x, HessianForm form, HessianBlocks& hessian) const;
 
-  /// gradient += a discrete gradient of W over the step from x − way to x + way (3 per vertex, N):
-  /// f̄ with f̄·2 way = W(x + way) − W(x − way), without a resultant and a moment about `x`.
+  /// gradient += a discrete gradient of W over the step from x − half_step to x + half_step (3 per vertex, N):
+  /// f̄ with f̄·2 half_step = W(x + half_step) − W(x − half_step), without a resultant and a moment about `x`.
   /// J must be positive in all tetrahedra at both ends.
-  void add_discrete_gradient(const Positions& x, const Vector& way, Vector& gradient) const;
-  /// product += the derivative of f̄ in the direction d, while the start x − way stays.
-  void add_discrete_gradient_product(const Positions& x, const Vector& way, const Vector& d,
+  void add_discrete_gradient(const Positions& x, const Vector& half_step, Vector& gradient) const;
+  /// product += the derivative of f̄ in the direction d, while the start x − half_step stays.
+  void add_discrete_gradient_product(const Positions& x, const Vector& half_step, const Vector& d,
                                      Vector& product) const;
 
   /// The share of every material in W at q, J.

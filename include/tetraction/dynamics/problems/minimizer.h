@@ -21,7 +21,7 @@ struct MinimizerOptions {
   int max_iterations = 100;   ///< ≥ 1
 };
 
-/// What a solver did.
+/// The report of a solver.
 struct MinimizerReport {
   Termination termination = Termination::kNoProgress;
   int iterations = 0;  ///< linear systems solved for a step, accepted or not

@@ -1,4 +1,4 @@
-// What the potential of an implicit step and that of an equilibrium have in common.
+// The common part of the potential of an implicit step and that of an equilibrium.
 #pragma once
 
 #include <array>

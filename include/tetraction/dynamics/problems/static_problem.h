@@ -37,7 +37,7 @@ class StaticProblem : public PotentialProblem {
   double time() const { return time_; }
   /// The loads f at positions x, 3 per vertex, N.
   Vector load(const Vector& x) const;
-  /// What a user has put on the body at a load factor and positions x: loads, and the forces of
+  /// The load on the body at a load factor and positions x: loads, and the forces of
   /// potentials that count as external work (3 per vertex, N).
   Vector applied_force(double factor, const Vector& x) const;
   /// The constraints with the lengths of the last begin().

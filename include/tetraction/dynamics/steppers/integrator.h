@@ -6,13 +6,13 @@
 
 namespace tetraction {
 
-/// The time-stepping rules of docs/theory.md. What there is to know of each stands in one table
-/// (src/dynamics/steppers/integrator.cc); a rule's step is in a file of its own.
+/// The time-stepping rules of docs/theory.md. One table (src/dynamics/steppers/integrator.cc) has the properties of
+/// each; a rule's step is in a file of its own.
 enum class Integrator { kExplicit, kVerlet, kMidpoint, kBackwardEuler, kEnergyMomentum };
 
 /// All rules, in the order of the enumeration.
 const std::vector<Integrator>& all_integrators();
-/// "explicit", "verlet", "midpoint", "backward-euler", "energy-momentum".
+/// The rule's name in scenes, as "backward-euler".
 std::string to_string(Integrator integrator);
 /// Inverse of to_string(); throws InputError listing the valid names.
 Integrator integrator_from_string(const std::string& name);
@@ -22,8 +22,7 @@ std::vector<const char*> integrator_names();
 bool is_implicit(Integrator integrator);
 /// Whether these equations are not those of a minimum, so that a step needs a RootFinder, too.
 bool needs_root_finder(Integrator integrator);
-/// Order in the step size of the rule's positions: 2 for verlet, midpoint and energy-momentum, 1 for the
-/// others.
+/// Order in the step size of the rule's positions, 1 or 2.
 int order(Integrator integrator);
 /// Whether the rule is derived from a discrete action (all but backward Euler and energy-momentum).
 bool is_variational(Integrator integrator);

@@ -1,4 +1,4 @@
-// What the time-stepping rules do to one mode of vibration.
+// The effect of the time-stepping rules on one mode of vibration.
 #pragma once
 
 #include "tetraction/dynamics/steppers/integrator.h"
@@ -18,15 +18,8 @@ struct OscillatorResponse {
   double amplitude_left = 1.0;
 };
 
-/// The response of a rule with steps of size h, for ωh > 0. The phase angle of a step is
-///
-///     explicit, verlet   θ = 2 arcsin(ωh/2),   r = 1, stable for ωh < 2
-///     midpoint           θ = 2 arctan(ωh/2),   r = 1
-///     energy-momentum    the same, since it is the midpoint rule for linear forces
-///     backward-euler     θ = arctan(ωh),       r = 1/√(1 + ω²h²)
-///
-/// and the numerical period is 2πh/θ (E. Hairer, C. Lubich, G. Wanner, Geometric Numerical
-/// Integration, I.1 and I.5).
+/// The response of a rule with steps of size h, for ωh > 0: table (35) of docs/theory.md. The numerical period
+/// is 2πh/θ (E. Hairer, C. Lubich, G. Wanner, Geometric Numerical Integration, I.1 and I.5).
 OscillatorResponse oscillator_response(Integrator rule, double omega_h);
 
 /// The largest ωh up to which a rule is stable, its period error has a magnitude of at most

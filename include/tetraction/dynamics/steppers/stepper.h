@@ -38,7 +38,7 @@ enum class StepStatus {
                   ///< velocities and add energy instead of dissipating it
 };
 
-/// What a step that did not converge (kNotConverged) stumbled over, if it is known.
+/// The obstacle of a step that did not converge (kNotConverged), if it is known.
 enum class StepObstacle {
   kSolver,            ///< the equations themselves: see the minimiser's report
   kPrescribedMotion,  ///< what moves as prescribed would crush elements
@@ -56,7 +56,7 @@ struct StepOutcome {
   MinimizerReport minimizer;    ///< implicit steps only
   double elastic_energy = 0.0;  ///< W_elastic(q_{k+1}), J
   double external_work = 0.0;   ///< of loads and of potentials that depend on the time, J
-  /// What dissipative terms and viscosity took, J; never negative. If the damping impulses of a step
+  /// The energy that dissipative terms and viscosity took, J; never negative. If the damping impulses of a step
   /// with an explicit rule add energy, which happens near the stability limit, this is 0, and what
   /// they add is an error of the integrator.
   double dissipated_energy = 0.0;

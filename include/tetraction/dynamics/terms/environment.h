@@ -48,7 +48,7 @@ class Environment : public VertexPotential {
   double value(double mass, const Vector3& q) const override;
   Vector3 gradient(double mass, const Vector3& q) const override;
   Matrix3 hessian(double mass, const Vector3& q) const override;
-  /// Of an attraction k (a + b)/(r₀ r₁ (r₀ + r₁)) with a, b the two ends and r = √(|q|² + ε²) there. It
+  /// For an attraction k (a + b)/(r₀ r₁ (r₀ + r₁)) with a, b the two ends and r = √(|q|² + ε²) there. It
   /// has no moment about the origin in a step: (a + b) × f̄ = 0.
   Vector3 discrete_gradient(double mass, const Vector3& from, const Vector3& to) const override;
 

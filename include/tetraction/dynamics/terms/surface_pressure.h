@@ -84,7 +84,7 @@ class SurfacePressure : public ForceTerm {
     Index u, v;
     double weight = 1.0;
   };
-  // What belongs to each load.
+  // The data of each load.
   struct Surface {
     std::vector<Triangle> triangles;
     std::vector<RimTerm> of_gradient;  // Σ w n A/3 of the triangles, minus ∂V_o/∂x

@@ -22,7 +22,7 @@ namespace tetraction::viewer {
 
 class VtkWidget;
 
-/// What dragging with the left mouse button does. A click always picks a vertex.
+/// The effect of dragging with the left mouse button. A click always picks a vertex.
 enum class Tool { kLook, kSelect, kMove, kForce, kMomentum };
 
 class BodyView : public QWidget {

@@ -23,7 +23,7 @@ struct ChartKind {
   std::vector<ChartSeries> series;
 };
 
-/// What a history belongs to: a motion in time, or load steps towards an equilibrium, whose `time` is
+/// The kind of a history: a motion in time, or load steps towards an equilibrium, whose `time` is
 /// the load factor.
 enum class RunKind { kMotion, kEquilibrium };
 

@@ -360,7 +360,7 @@ void LiveChart::scale() {
   line->SetNumberOfTuples(0);
   for (std::size_t i = 0; i < marks_.size(); ++i) {
     const EditMark& mark = marks_[i];
-    // Of consecutive edits with the same text, such as those of a drag, only the first is marked.
+    // Only the first of consecutive edits with the same text, such as those of a drag, is marked.
     if (i > 0 && marks_[i - 1].what == mark.what) continue;
     for (const double place : {bottom_, top_, kNaN}) {
       time->InsertNextValue(mark.time);

@@ -190,7 +190,7 @@ void MaterialPanel::show_region() {
       value = *mu1 > 0.0 ? *mu2 / *mu1 : 0.0;
     }
     field->set_value(field->isEnabled() ? value : 0.0);
-    // Of the many entries of lists only those that the material has are shown.
+    // Only those of the many entries of lists are shown that the material has.
     if (std::string_view(parameter.name).find('.') == std::string_view::npos) continue;
     field->setVisible(is_own);
     if (QWidget* label = form_->labelForField(field)) label->setVisible(is_own);

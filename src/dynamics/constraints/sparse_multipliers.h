@@ -15,7 +15,7 @@ namespace tetraction {
 
 /// From so many equations on, they are solved by the functions of this file. With fewer, the dense
 /// least squares of multipliers.cc are as fast, and they find redundant equations more sharply.
-constexpr Index kManyEquations = 100;
+constexpr Index kLeastSparse = 100;
 
 /// Solves A x = b with A = GᵀSG, which is symmetric and positive semidefinite. It is singular if
 /// equations are redundant. Unknowns are measured in units in which the diagonal is of the order of
@@ -65,15 +65,15 @@ using SparseSolution =
     SharedSolution<Eigen::SimplicialLDLT<Constraints::SparseMatrix>, Constraints::SparseMatrix>;
 using DenseSolution = SharedSolution<Eigen::LLT<Matrix>, Matrix>;
 
-/// What solve_multipliers() finds, for a response that is sparse (of explicit steps) or dense. The
+/// The result of solve_multipliers(), for a response that is sparse (of explicit steps) or dense. The
 /// rounds neglect the curvature of g beside the stiffness, so that they converge linearly.
 template <class Solution, class Response>
 MultiplierSolution solve_many(const Constraints& constraints, const Vector& free_end,
                               const Response& response, const Vector& start,
                               ConstraintDirection direction, const Vector& guess) {
   constexpr int kRounds = 60;
-  constexpr double kAccepted = 1e-12;  // |g|, relative
-  constexpr double kSettled = 1e-11;   // of w, relative to its lengths
+  constexpr double kAccepted = 1e-12;   // |g|, relative
+  constexpr double kConverged = 1e-11;  // of w, relative to its lengths
   const Vector unit = constraints.units_of(Vector(response.diagonal())).multiplier;
   const Vector lengths = constraints.configuration_lengths();
   const auto directions = [&](const Vector& w) -> Constraints::SparseMatrix {
@@ -106,7 +106,7 @@ MultiplierSolution solve_many(const Constraints& constraints, const Vector& free
     const double moved = (settled - solution.end).cwiseQuotient(lengths).cwiseAbs().maxCoeff();
     const double error = std::max(g.cwiseAbs().maxCoeff(), moved);
     if (!std::isfinite(error)) break;
-    solution.ok = g.cwiseAbs().maxCoeff() <= kAccepted && moved <= kSettled;
+    solution.ok = g.cwiseAbs().maxCoeff() <= kAccepted && moved <= kConverged;
     if (solution.ok && !(error < 0.1 * before)) break;  // as good as round-off allows
     before = error;
     if (!factor || direction != ConstraintDirection::kStart) {

@@ -1,4 +1,4 @@
-#include "dynamics/steppers/turned_guess.h"
+#include "dynamics/steppers/rotated_guess.h"
 
 #include <gtest/gtest.h>
 #include <Eigen/Geometry>
@@ -33,13 +33,13 @@ struct Spinning {
 };
 
 // The angular momentum about the axis of the step's velocity (q₁ − q₀)/h at the middle is that of the state.
-TEST(TurnedGuess, KeepsTheAngularMomentum) {
+TEST(RotatedGuess, KeepsTheAngularMomentum) {
   const double h = 0.3;
   for (const double speed : {0.1, 1.0, 3.0}) {
     const Spinning body(speed);
     for (const GuessedStrain strain : {GuessedStrain::kKept, GuessedStrain::kMirrored}) {
       Vector x;
-      guess_turned(body.system, body.state, h, Vector3::Zero(), strain, x);
+      guess_rotated(body.system, body.state, h, Vector3::Zero(), strain, x);
       Vector3 before = Vector3::Zero();
       Vector3 middle = Vector3::Zero();
       for (Index v = 0; v < body.system.vertex_count(); ++v) {
@@ -54,10 +54,10 @@ TEST(TurnedGuess, KeepsTheAngularMomentum) {
 }
 
 // Faster turns are not possible for a rigid body: the guess is then a quarter of a turn.
-TEST(TurnedGuess, TurnsByARightAngleAtMost) {
+TEST(RotatedGuess, TurnsByARightAngleAtMost) {
   const Spinning body(100.0);
   Vector x;
-  guess_turned(body.system, body.state, 0.3, Vector3::Zero(), GuessedStrain::kKept, x);
+  guess_rotated(body.system, body.state, 0.3, Vector3::Zero(), GuessedStrain::kKept, x);
   for (Index v = 0; v < body.system.vertex_count(); ++v) {
     const Vector3 arm = vertex_block(body.state.position, v) - body.center;
     const Vector3 end =
@@ -67,7 +67,7 @@ TEST(TurnedGuess, TurnsByARightAngleAtMost) {
 }
 
 // Without a spin the middle between mirrored strains is the shape at rest, moved with the centre.
-TEST(TurnedGuess, MirrorsStrains) {
+TEST(RotatedGuess, MirrorsStrains) {
   Spinning body(0.0);
   const Vector rest = body.state.position;
   for (Index v = 0; v < body.system.vertex_count(); ++v) {
@@ -77,7 +77,7 @@ TEST(TurnedGuess, MirrorsStrains) {
   }
   const Vector3 move(0.4, 0.0, -0.2);
   Vector x;
-  guess_turned(body.system, body.state, 0.3, move, GuessedStrain::kMirrored, x);
+  guess_rotated(body.system, body.state, 0.3, move, GuessedStrain::kMirrored, x);
   for (Index v = 0; v < body.system.vertex_count(); ++v) {
     EXPECT_LT((vertex_block(x, v) - vertex_block(rest, v) - 0.5 * move).norm(), 1e-14);
   }

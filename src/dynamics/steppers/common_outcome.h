@@ -1,5 +1,7 @@
-// How the parts of a body agree on the outcome of a step.
+// The outcome of a step, which all parts of a body have in common.
 #pragma once
+
+#include <cmath>
 
 #include "tetraction/dynamics/mechanical_system.h"
 #include "tetraction/dynamics/steppers/stepper.h"
@@ -11,15 +13,13 @@ namespace tetraction {
 /// parts, goes into the same message between the processes. The failed element stays with the
 /// part that has it, as the first of those that failed; others have −1. The solver's report and
 /// residual_angular_impulse are those of the whole body already. Does nothing without a part.
-void agree(const MeshPart* part, StepOutcome& outcome);
+void make_common(const MeshPart* part, StepOutcome& outcome);
 
-/// a·b over the own vertices (3 per vertex), also of expressions.
-template <class A, class B>
-double own_dot(const MechanicalSystem& system, const Eigen::MatrixBase<A>& a,
-               const Eigen::MatrixBase<B>& b) {
-  if (system.part() == nullptr) return a.dot(b);
-  const Index size = 3 * system.owned_vertex_count();
-  return a.head(size).dot(b.head(size));
+/// Whether the energies and impulses that a step enters into the balance are finite.
+inline bool has_finite_balance(const StepOutcome& outcome) {
+  return std::isfinite(outcome.elastic_energy) && std::isfinite(outcome.external_work) &&
+         std::isfinite(outcome.dissipated_energy) && std::isfinite(outcome.constraint_work) &&
+         outcome.linear_impulse.allFinite() && outcome.angular_impulse.allFinite();
 }
 
 }  // namespace tetraction

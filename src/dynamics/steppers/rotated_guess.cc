@@ -1,10 +1,10 @@
-#include "turned_guess.h"
+#include "rotated_guess.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 
-#include "dynamics/constraints/proper_rotation.h"
+#include "core/decompositions.h"
 #include "dynamics/constraints/rigid_motions.h"
 #include "tetraction/dynamics/body_sums.h"
 
@@ -22,8 +22,8 @@ Vector3 spin_of(const MechanicalSystem& system, const State& state) {
   return rotation_of(inertia, momentum);
 }
 
-void guess_turned(const MechanicalSystem& system, const State& from, double h, const Vector3& move,
-                  GuessedStrain strain, Vector& x) {
+void guess_rotated(const MechanicalSystem& system, const State& from, double h, const Vector3& move,
+                   GuessedStrain strain, Vector& x) {
   const Vector3 center = center_of_mass(system, from.position);
   const Vector3 omega = spin_of(system, from);
   const double speed = omega.norm();

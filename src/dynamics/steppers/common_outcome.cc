@@ -1,4 +1,4 @@
-#include "agreed_outcome.h"
+#include "common_outcome.h"
 
 #include <array>
 #include <vector>
@@ -30,7 +30,7 @@ void fail_together(const MeshPart& part, StepOutcome& outcome) {
 
 }  // namespace
 
-void agree(const MeshPart* part, StepOutcome& outcome) {
+void make_common(const MeshPart* part, StepOutcome& outcome) {
   if (part == nullptr) return;
   std::vector<double> sums{outcome.ok() ? 0.0 : 1.0, outcome.elastic_energy, outcome.external_work,
                            outcome.dissipated_energy, outcome.constraint_work};
