@@ -1,8 +1,6 @@
 // Displacements and velocities of [initial] from files and formulas.
 #include "tetraction/io/initial_fields.h"
 
-#include <gtest/gtest.h>
-
 #include <clocale>
 #include <cmath>
 #include <filesystem>
@@ -12,12 +10,10 @@
 #include "io/text/csv_table.h"
 #include "io/text/formula.h"
 #include "support/folder_test.h"
-#include "tetraction/core/error.h"
+#include "support/runs.h"
 #include "tetraction/io/mesh_writer.h"
 #include "tetraction/io/scene_reader.h"
 #include "tetraction/io/scene_writer.h"
-#include "tetraction/mesh/generate.h"
-#include "tetraction/simulation/session.h"
 
 namespace tetraction {
 namespace {
@@ -145,10 +141,8 @@ TEST_F(InitialFields, BrokenFilesAreRefusedWithTheLine) {
 TEST_F(InitialFields, WrongFormulasAreRefusedWithKeyAndPosition) {
   const auto expect = [this](const std::string& formula, const std::string& what) {
     const std::string message = formula_error(formula);
-    EXPECT_NE(message.find("scene.toml:7:14: initial.velocity.formula: the formula of y, \"" +
-                           formula + "\"" + what),
-              std::string::npos)
-        << message;
+    expect_part(message, "scene.toml:7:14: initial.velocity.formula: the formula of y, \"" +
+                             formula + "\"" + what);
   };
   expect("0.1*Q", ", character 5: \"Q\" is not a variable");
   expect("X + ", ", character 5: the formula ends too early.");

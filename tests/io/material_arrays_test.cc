@@ -1,12 +1,10 @@
 // Material parameters that a scene takes from cell arrays of the mesh file.
-#include <gtest/gtest.h>
 
 #include <cmath>
 #include <filesystem>
 
 #include "support/folder_test.h"
 #include "support/messages.h"
-#include "tetraction/core/error.h"
 #include "tetraction/io/initial_fields.h"
 #include "tetraction/io/mesh_reader.h"
 #include "tetraction/io/mesh_writer.h"

@@ -1,8 +1,6 @@
 // The readers of Gmsh, TetGen and Vega files (VTK's are in vtk_reader_test.cc).
 #include "tetraction/io/mesh_reader.h"
 
-#include <gtest/gtest.h>
-
 #include <algorithm>
 #include <array>
 #include <cstring>
@@ -13,7 +11,6 @@
 
 #include "support/folder_test.h"
 #include "support/messages.h"
-#include "tetraction/core/error.h"
 #include "tetraction/mesh/selection.h"
 
 namespace tetraction {

@@ -1,7 +1,6 @@
 #include "tetraction/io/mesh_writer.h"
 
 #include <fmt/format.h>
-#include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>

@@ -1,14 +1,10 @@
 // Quadratic tetrahedra in mesh files and scenes.
-#include <gtest/gtest.h>
 
 #include <filesystem>
 #include <fstream>
 
 #include "support/folder_test.h"
-#include "support/messages.h"
-#include "support/scene_parts.h"
-#include "tetraction/core/error.h"
-#include "tetraction/dynamics/mechanical_system.h"
+#include "support/runs.h"
 #include "tetraction/io/initial_fields.h"
 #include "tetraction/io/mesh_quality.h"
 #include "tetraction/io/mesh_reader.h"
@@ -16,9 +12,7 @@
 #include "tetraction/io/run_recorder.h"
 #include "tetraction/io/scene_reader.h"
 #include "tetraction/mesh/edge_vertices.h"
-#include "tetraction/mesh/generate.h"
 #include "tetraction/simulation/probe.h"
-#include "tetraction/simulation/session.h"
 
 namespace tetraction {
 namespace {

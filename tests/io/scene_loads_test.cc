@@ -1,14 +1,11 @@
 // Loads and amplitudes in scene files: reading, messages, writing, events.
 #include <filesystem>
 
-#include "support/bodies.h"
 #include "support/folder_test.h"
-#include "tetraction/core/error.h"
+#include "support/runs.h"
 #include "tetraction/io/scene_echo.h"
 #include "tetraction/io/scene_reader.h"
 #include "tetraction/io/scene_writer.h"
-#include "tetraction/simulation/scene_objects.h"
-#include "tetraction/simulation/session.h"
 
 namespace tetraction {
 namespace {

@@ -1,8 +1,6 @@
 // The descriptions of keys against what is made from them: scene reader, writer, echo, checks, docs/scene.md.
 #include "simulation/scene/setting_keys.h"
 
-#include <gtest/gtest.h>
-
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
@@ -15,8 +13,8 @@
 
 #include "io/toml/toml_text.h"
 #include "support/messages.h"
+#include "support/scene_parts.h"
 #include "support/temporary_folder.h"
-#include "tetraction/core/error.h"
 #include "tetraction/io/key_tables.h"
 #include "tetraction/io/scene_reader.h"
 #include "tetraction/io/scene_writer.h"
@@ -47,10 +45,7 @@ AmplitudeSettings amplitude_named(const char* name) {
 }
 
 Scene plain_scene() {
-  Scene scene;
-  scene.mesh.generate = GeneratorSettings{};
-  scene.material.youngs_modulus = 1e6;
-  scene.material.poissons_ratio = 0.3;
+  Scene scene = scene_of(GeneratorSettings{}, elastic(1e6, 0.3));
   scene.material_region.resize(1);
   scene.material_region[0].material = scene.material;
   scene.fix.resize(1);
@@ -122,10 +117,7 @@ std::vector<Base> bases_of(const SceneSection& section) {
   } else if (name == "environment") {
     bases.add(
         name, [](Scene& s) { return &s.environment; },
-        [](Scene& s) {
-          s.environment.kind = EnvironmentKind::kGravity;
-          s.environment.strength = 3.0;
-        });
+        [](Scene& s) { s.environment = gravity(3.0); });
   } else if (name == "fix") {
     for (const bool is_moving : {false, true}) {
       bases.add(
@@ -175,11 +167,11 @@ std::vector<Base> bases_of(const SceneSection& section) {
     bases.add(
         "event.0.shift", [](Scene& s) { return &std::get<ShiftState>(s.event[0].edits[0]).shift; },
         [](Scene& s) {
-          ShiftSettings shift;
-          shift.vertices = {2, 7};
-          shift.displacement = shift.impulse = {Vector3(1, 0, 0), Vector3(0, 1, 0)};
           s.event.resize(1);
-          s.event[0].edits = {ShiftState{shift}};
+          s.event[0].edits = {ShiftState{{{2, 7},
+                                          {Vector3(1, 0, 0), Vector3(0, 1, 0)},
+                                          {Vector3(1, 0, 0), Vector3(0, 1, 0)},
+                                          {}}}};
         });
   } else if (name == "select.plane") {
     add_selection<SelectPlane>(bases, "plane");

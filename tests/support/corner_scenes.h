@@ -6,9 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "support/bodies.h"
-#include "support/scene_parts.h"
-#include "tetraction/simulation/session.h"
+#include "support/runs.h"
 
 namespace tetraction::testing_support {
 
@@ -69,13 +67,8 @@ inline std::string name_of_way(const testing::TestParamInfo<ImplicitWay>& info) 
 
 /// A beam along x, held at x = 0, of soft rubber.
 inline Scene clamped_beam(const Vector3& size, const std::array<int, 3>& cells) {
-  Scene scene;
-  scene.mesh.generate = GeneratorSettings{GeneratorKind::kBeam, size, cells};
-  scene.material.youngs_modulus = 1e6;
-  scene.material.poissons_ratio = 0.4;
-  FixSettings clamp;
-  clamp.select = SelectPlane{0, 0.0, {}};
-  scene.fix.push_back(clamp);
+  Scene scene = scene_of({GeneratorKind::kBeam, size, cells}, elastic(1e6, 0.4));
+  scene.fix.push_back(fix(SelectPlane{0, 0.0, {}}));
   return scene;
 }
 

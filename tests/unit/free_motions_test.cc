@@ -1,7 +1,5 @@
 #include "simulation/facts/free_motions.h"
 
-#include <gtest/gtest.h>
-
 #include <Eigen/Geometry>
 
 #include <cmath>

@@ -1,8 +1,6 @@
 // Motions that loads feed against all eigenvalues of dense matrices.
 #include "solver/modes/load_stability.h"
 
-#include <gtest/gtest.h>
-
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
@@ -15,7 +13,6 @@
 #include "tetraction/dynamics/consistent_mass.h"
 #include "tetraction/material/neo_hookean.h"
 #include "tetraction/mesh/edge_vertices.h"
-#include "tetraction/mesh/generate.h"
 
 namespace tetraction {
 namespace {

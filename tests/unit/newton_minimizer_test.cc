@@ -3,7 +3,6 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 
-#include "support/bodies.h"
 #include "support/fibre_rubber.h"
 #include "support/step_problems.h"
 #include "tetraction/core/error.h"

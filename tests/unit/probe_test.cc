@@ -9,15 +9,10 @@
 
 #include "mesh/quadratic_shapes.h"
 #include "support/allocations.h"
-#include "support/bodies.h"
-#include "support/messages.h"
-#include "support/scene_parts.h"
-#include "tetraction/core/error.h"
+#include "support/runs.h"
 #include "tetraction/dynamics/derived_fields.h"
 #include "tetraction/dynamics/nodal_fields.h"
 #include "tetraction/mesh/edge_vertices.h"
-#include "tetraction/simulation/scene_objects.h"
-#include "tetraction/simulation/session.h"
 
 namespace tetraction {
 namespace {

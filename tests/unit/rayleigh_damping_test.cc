@@ -1,8 +1,6 @@
 // Rayleigh damping: two ratios become mass damping and viscosity.
 #include "tetraction/dynamics/terms/rayleigh_damping.h"
 
-#include <gtest/gtest.h>
-
 #include <cmath>
 
 #include "support/bodies.h"

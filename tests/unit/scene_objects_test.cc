@@ -1,11 +1,10 @@
-#include "tetraction/simulation/scene_objects.h"
+#include "support/scene_parts.h"
 
 #include <limits>
 #include <string>
 
 #include "support/bodies.h"
 #include "support/messages.h"
-#include "tetraction/core/error.h"
 #include "tetraction/dynamics/body_sums.h"
 
 namespace tetraction {
@@ -15,9 +14,8 @@ using namespace testing_support;
 
 Scene clamped() {
   Scene scene = spinning_block(Integrator::kVerlet, 1e-3, 1.0);
-  FixSettings fix;
+  FixSettings fix = testing_support::fix(SelectPlane{0, 0.0, {}});
   fix.where = "scene.toml:10:1";
-  fix.select = SelectPlane{0, 0.0, {}};
   scene.fix.push_back(fix);
   return scene;
 }
@@ -78,9 +76,7 @@ TEST(MakeInitialState, FixedVerticesRestAtTheirTargets) {
 
 TEST(MakeInitialState, MomentumOfSingleVertices) {
   Scene scene = spinning_block(Integrator::kVerlet, 1e-3, 1.0);
-  MomentumSettings momentum;
-  momentum.select = SelectVertices{{3}};
-  momentum.value = {1.0, -2.0, 3.0};
+  const MomentumSettings momentum{SelectVertices{{3}}, {1.0, -2.0, 3.0}, {}};
   scene.initial.momentum.push_back(momentum);
   const auto system = make_system(scene, generate_mesh(*scene.mesh.generate));
   const State state = make_initial_state(scene, *system);

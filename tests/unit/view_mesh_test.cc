@@ -1,4 +1,3 @@
-#include <gtest/gtest.h>
 
 #include <algorithm>
 #include <limits>
@@ -6,11 +5,8 @@
 #include <vector>
 
 #include "support/allocations.h"
-#include "support/bodies.h"
-#include "tetraction/core/error.h"
+#include "support/runs.h"
 #include "tetraction/dynamics/steppers/stepper.h"
-#include "tetraction/mesh/tet_mesh.h"
-#include "tetraction/simulation/session.h"
 
 namespace tetraction {
 namespace {

@@ -4,11 +4,12 @@
 #include <string>
 #include <vector>
 
-#include "support/bodies.h"
-#include "tetraction/simulation/session.h"
+#include "support/runs.h"
 
 namespace tetraction {
 namespace {
+
+using namespace testing_support;
 
 struct Choice {
   std::string name;
@@ -20,21 +21,16 @@ class Corner : public testing::TestWithParam<Choice> {
  protected:
   Scene scene(double step, double end) const {
     Scene scene;
-    scene.material.youngs_modulus = 1e6;
-    scene.material.poissons_ratio = 0.4;
-    scene.material.density = 1000.0;
+    scene.material = elastic(1e6, 0.4);
     scene.time = {Integrator::kBackwardEuler, step, false, end};
     scene.solver.kind = GetParam().kind;
     scene.solver.linear = GetParam().linear;
     return scene;
   }
-  static FixSettings fix(double x, const Vector3& velocity = Vector3::Zero()) {
-    FixSettings fix;
-    fix.select = SelectPlane{0, x, {}};
-    fix.velocity = velocity;
-    return fix;
+  static FixSettings held(double x, const Vector3& velocity = Vector3::Zero()) {
+    return moving(SelectPlane{0, x, {}}, velocity);
   }
-  static double elastic(const Session& session) {
+  static double elastic_energy(const Session& session) {
     double energy = 0.0;
     EXPECT_TRUE(session.system().elastic().value(session.state().position, energy).ok());
     return energy;
@@ -55,15 +51,15 @@ TEST_P(Corner, ColumnsBuckle) {
   for (const double tolerance : {1e-8, 1e-4}) {
     Scene pressed = scene(1.0, 10.0);
     pressed.mesh.generate = GeneratorSettings{GeneratorKind::kBeam, {4, 0.2, 0.2}, {40, 2, 2}};
-    pressed.fix = {fix(0.0), fix(4.0, {-0.05, 0, 0})};
+    pressed.fix = {held(0.0), held(4.0, {-0.05, 0, 0})};
     pressed.solver.tolerance = tolerance;
     Session session(pressed, generate_mesh(*pressed.mesh.generate));
     ASSERT_TRUE(session.step() && session.step()) << session.message();
-    EXPECT_NEAR(elastic(session), 44.940, 1e-2);
+    EXPECT_NEAR(elastic_energy(session), 44.940, 1e-2);
     while (session.step()) {
     }
     ASSERT_EQ(session.status(), RunStatus::kFinished) << session.message();
-    EXPECT_NEAR(elastic(session), 316.207, 1e-2);
+    EXPECT_NEAR(elastic_energy(session), 316.207, 1e-2);
     if (GetParam().kind == "ceres") break;
   }
 }
@@ -78,9 +74,9 @@ TetMesh arch() {
 // Pushed through at its crown, it gives way: the force falls from 5.15 N to 3.1 N before it rises.
 TEST_P(Corner, ArchesGiveWay) {
   Scene pushed = scene(0.25, 3.0);
-  FixSettings crown = fix(1.0, {0, -0.11, 0});
+  FixSettings crown = held(1.0, {0, -0.11, 0});
   crown.components = {false, true, false};
-  pushed.fix = {fix(0.0), fix(2.0), crown};
+  pushed.fix = {held(0.0), held(2.0), crown};
   const TetMesh mesh = arch();
   Session session(pushed, mesh);
   std::vector<double> force;
@@ -100,11 +96,9 @@ TEST_P(Corner, ArchesGiveWay) {
 // Under more than it bears it snaps through in a single step, over all that lies in between.
 TEST_P(Corner, ArchesSnapThrough) {
   Scene loaded = scene(10.0, 20.0);
-  ForceSettings force;
-  force.select = SelectPlane{0, 1.0, {}};
-  force.vector = Vector3(0.0, -1.0, 0.0);  // on each of six vertices
+  ForceSettings force = load(SelectPlane{0, 1.0, {}}, {0.0, -1.0, 0.0});  // on each of six vertices
   loaded.force = {force};
-  loaded.fix = {fix(0.0), fix(2.0)};
+  loaded.fix = {held(0.0), held(2.0)};
   const TetMesh mesh = arch();
   Session session(loaded, mesh);
   ASSERT_TRUE(session.step()) << session.message();
@@ -115,7 +109,7 @@ TEST_P(Corner, ArchesSnapThrough) {
     const double rest = mesh.vertices[static_cast<std::size_t>(v)].y();
     EXPECT_LT(session.state().position[3 * v + 1], rest - 0.3);
   }
-  EXPECT_NEAR(elastic(session), 1.223584, 1e-4);
+  EXPECT_NEAR(elastic_energy(session), 1.223584, 1e-4);
 }
 
 // Thrown at a wall at three times the speed of sound: elements are pressed nearly flat in one step,
@@ -129,11 +123,11 @@ TEST_P(Corner, ImpactsTakeFewIterations) {
   for (const auto& [step, energy] : cases) {
     Scene thrown = scene(step, step);
     thrown.mesh.generate = GeneratorSettings{GeneratorKind::kBeam, {4, 1, 1}, {16, 4, 4}};
-    thrown.fix = {fix(0.0)};
+    thrown.fix = {held(0.0)};
     thrown.initial.velocity = Vector3(-30.0, -100.0, 20.0);
     Session session(thrown, generate_mesh(*thrown.mesh.generate));
     ASSERT_TRUE(session.step()) << session.message();
-    EXPECT_NEAR(elastic(session), energy, 1e-5 * energy);
+    EXPECT_NEAR(elastic_energy(session), energy, 1e-5 * energy);
     if (newton) {
       EXPECT_LE(session.last_iterations(), 20) << step;
     }

@@ -52,8 +52,7 @@ TEST_F(Charts, AxesAreThereWithoutLines) {
     return pixels(image, [](QRgb c) { return !differ(c, qRgb(225, 225, 225)); }).size();
   };
   EXPECT_GT(lines(), 500U);
-  press_key(Qt::Key_S);
-  settle();
+  press_and_settle(Qt::Key_S);
   for (const char* series : {"series_0", "series_1", "series_2", "series_3"}) click(series);
   EXPECT_GT(lines(), 500U);
 }
@@ -87,8 +86,7 @@ TEST_F(Charts, EditsAreMarkedOnTheTimeAxis) {
   run_to(state().time + 0.2);
   EXPECT_EQ(marks(), 2);
   keep_picture("chart_marks");
-  press_key(Qt::Key_R);
-  settle();
+  press_and_settle(Qt::Key_R);
   EXPECT_EQ(marks(), 0);
 }
 

@@ -59,8 +59,7 @@ select = { plane = { axis = "x", at = 0.0 } }
 TEST_F(Files, ABrokenSceneIsToldWithItsPlace) {
   open(write("broken.toml", "[mesh]\nfile = \"a.vtu\"\n[materiel]\n"));
   wait();
-  EXPECT_TRUE(window_->messages()->text().contains(QStringLiteral("broken.toml:3")))
-      << window_->messages()->text().toStdString();
+  expect_told(QStringLiteral("broken.toml:3"));
   EXPECT_EQ(window_->simulation(), nullptr);
   keep_picture("broken_scene");
   // A good one after it.
@@ -84,7 +83,7 @@ TEST_F(Files, TheWindowGoesOnWhileALargeBodyIsRead) {
   EXPECT_TRUE(window_->opening());
   // One at a time.
   window_->open(path);
-  EXPECT_TRUE(window_->messages()->text().contains(QStringLiteral("still being read")));
+  expect_told(QStringLiteral("still being read"));
   wait_until_opened();
   EXPECT_EQ(window_->simulation()->mesh().tetrahedron_count(), 324000);
   EXPECT_EQ(message(), QString());
@@ -106,8 +105,7 @@ TEST_F(Files, AMeshIsDroppedOnTheWindow) {
   wait_until_opened();
   ASSERT_NE(window_->simulation(), nullptr) << window_->messages()->text().toStdString();
   EXPECT_GT(window_->simulation()->mesh().tetrahedron_count(), 0);
-  press_key(Qt::Key_S);
-  settle();
+  press_and_settle(Qt::Key_S);
   EXPECT_EQ(state().step, 1);
 }
 
@@ -128,9 +126,8 @@ TEST_F(Files, AMeshStartsFreeAndCanBeScaled) {
   const auto size_text = [&] {
     return QStringLiteral("%1 × %2 × %3 m").arg(size().x()).arg(size().y()).arg(size().z());
   };
-  EXPECT_TRUE(window_->messages()->text().contains(size_text()))
-      << window_->messages()->text().toStdString();
-  EXPECT_TRUE(window_->messages()->text().contains(QStringLiteral("without gravity")));
+  expect_told(size_text());
+  expect_told(QStringLiteral("without gravity"));
   const auto status_tells = [&](const QString& text) {
     const QList<QLabel*> labels = window_->statusBar()->findChildren<QLabel*>();
     return std::any_of(labels.begin(), labels.end(),
@@ -148,7 +145,7 @@ TEST_F(Files, AMeshStartsFreeAndCanBeScaled) {
   settle();
   EXPECT_LT((size() - 1e-3 * whole).norm(), 1e-12);
   EXPECT_TRUE(status_tells(size_text()));
-  EXPECT_TRUE(window_->messages()->text().contains(QStringLiteral("scaled by 0.001")));
+  expect_told(QStringLiteral("scaled by 0.001"));
   EXPECT_EQ(window_->simulation()->recorded_scene().mesh.scale, 1e-3);
   press_key(Qt::Key_Space);
   EXPECT_TRUE(wait_for([&] { return state().step > 3; }));
@@ -178,8 +175,7 @@ TEST_F(Files, ReloadReadsTheFileAgain) {
   const QString path = write("scene.toml", kScene);
   open(path);
   wait();
-  press_key(Qt::Key_S);
-  settle();
+  press_and_settle(Qt::Key_S);
   QString other = QString::fromLatin1(kScene);
   other.replace(QStringLiteral("1e6"), QStringLiteral("3e6"));
   write("scene.toml", other.toLatin1().constData());
@@ -192,7 +188,7 @@ TEST_F(Files, ReloadReadsTheFileAgain) {
   ASSERT_TRUE(QFile::remove(path));
   press_key(Qt::Key_R, Qt::ControlModifier);
   wait_until_opened();
-  EXPECT_TRUE(window_->messages()->text().contains(QStringLiteral("no such file")));
+  expect_told(QStringLiteral("no such file"));
   EXPECT_NE(window_->simulation(), nullptr);
 }
 
@@ -233,7 +229,7 @@ TEST_F(Files, ARunIsReplayed) {
   EXPECT_EQ(slider->value(), 0);
   // A directory without a run says so and leaves the window as it is.
   open(folder_.path());
-  EXPECT_TRUE(window_->messages()->text().contains(QStringLiteral("frames.pvd")));
+  expect_told(QStringLiteral("frames.pvd"));
   EXPECT_NE(window_->replay(), nullptr);
 }
 
@@ -326,7 +322,7 @@ TEST_F(Files, FramesWithoutDisplacementsAreNotReplayed) {
   session.run({&recorder});
   open(directory);
   EXPECT_EQ(window_->replay(), nullptr);
-  EXPECT_TRUE(window_->messages()->text().contains(QStringLiteral("output.fields")));
+  expect_told(QStringLiteral("output.fields"));
 }
 
 TEST_F(Files, ARecordedRunIsReplayed) {
@@ -430,7 +426,7 @@ TEST_F(Files, RecentFilesAreOpenedFromTheMenu) {
   EXPECT_TRUE(window_->windowTitle().startsWith(QStringLiteral("second & last.toml")));
   ASSERT_TRUE(QFile::remove(first));
   choose(1);
-  EXPECT_TRUE(window_->messages()->text().contains(QStringLiteral("first.toml")));
+  expect_told(QStringLiteral("first.toml"));
   EXPECT_TRUE(window_->windowTitle().startsWith(QStringLiteral("second & last.toml")));
 }
 
