@@ -205,15 +205,11 @@ TEST_F(QuadraticMesh, OrientationIsThatOfTheCurvedElement) {
     // Probes find places in it.
     Scene scene;
     scene.material = elastic(1e5, 0.3);
-    ProbeSettings probe;
-    probe.name = "p";
-    probe.quantity = ProbeQuantity::kPosition;
     Vector3 inside = Vector3::Zero();  // N_a = −1/8 and 1/4 at the centroid
     for (std::size_t a = 0; a < 10; ++a) {
       inside += (a < 4 ? -0.125 : 0.25) * rest.position(rest.nodes(0)[a]);
     }
-    probe.point = inside;
-    scene.probe = {probe};
+    scene.probe = {probe_at("p", ProbeQuantity::kPosition, inside)};
     Session session(scene, mesh);
     std::vector<double> found(3);
     session.probes().evaluate(session, found.data());

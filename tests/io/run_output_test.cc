@@ -70,12 +70,7 @@ class RunOutput : public FolderTest {
   }
 
   ProbeSettings tip(ProbeQuantity quantity, const std::string& name, int every = 1) const {
-    ProbeSettings probe;
-    probe.name = name;
-    probe.quantity = quantity;
-    probe.point = Vector3(1.9, 0.6, 0.7);
-    probe.every = every;
-    return probe;
+    return probe_at(name, quantity, {1.9, 0.6, 0.7}, every);
   }
   Scene scene_;
   std::unique_ptr<Session> session_;

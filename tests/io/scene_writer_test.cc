@@ -120,16 +120,8 @@ Scene full_scene() {
   scene.output.fields = {"default", "first_piola"};
   scene.output.precision = FramePrecision::kFloat32;
   scene.output.compression = FrameCompression::kZlib;
-  ProbeSettings at_point;
-  at_point.name = "inside";
-  at_point.point = Vector3(1.0 / 3.0, 0.2, 0.3);
-  at_point.quantity = ProbeQuantity::kVonMises;
-  ProbeSettings selected;
-  selected.name = "end_1";
-  selected.select = SelectPlane{0, 2.0, {}};
-  selected.quantity = ProbeQuantity::kReaction;
-  selected.every = 7;
-  scene.probe = {at_point, selected};
+  scene.probe = {probe_at("inside", ProbeQuantity::kVonMises, {1.0 / 3.0, 0.2, 0.3}),
+                 probe_of("end_1", ProbeQuantity::kReaction, SelectPlane{0, 2.0, {}}, 7)};
   // Selections of selections, by name and without.
   const SelectSet side{SetOperation::kAllOf,
                        {{SelectFaces{{0, 0, 1.0 / 3.0}, 12.5}},

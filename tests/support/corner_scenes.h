@@ -4,11 +4,25 @@
 #include <algorithm>
 #include <ostream>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "support/runs.h"
 
 namespace tetraction::testing_support {
+
+/// The solvers of implicit steps and equilibria by their names.
+inline std::vector<std::pair<std::string, SolverSettings>> all_solvers() {
+  std::vector<std::pair<std::string, SolverSettings>> solvers;
+  for (const LinearSolver linear :
+       {LinearSolver::kAuto, LinearSolver::kMatrixFree, LinearSolver::kCg, LinearSolver::kFactor}) {
+    std::string name = to_string(linear);
+    std::replace(name.begin(), name.end(), '-', '_');
+    solvers.emplace_back(name, SolverSettings{"newton", linear});
+  }
+  solvers.emplace_back("ceres", SolverSettings{"ceres", LinearSolver::kAuto});
+  return solvers;
+}
 
 /// A rule with a solver.
 struct ImplicitWay {
@@ -23,28 +37,15 @@ inline void PrintTo(const ImplicitWay& way, std::ostream* out) {
 
 /// Every implicit rule with every solver.
 inline std::vector<ImplicitWay> all_implicit_ways() {
-  struct Solver {
-    const char* kind;
-    LinearSolver linear;
-    const char* name;
-  };
   std::vector<ImplicitWay> ways;
   for (const Integrator rule :
        {Integrator::kMidpoint, Integrator::kBackwardEuler, Integrator::kEnergyMomentum}) {
     std::string prefix = to_string(rule);
     std::replace(prefix.begin(), prefix.end(), '-', '_');
-    for (const Solver& solver : {Solver{"ceres", LinearSolver::kAuto, "ceres"},
-                                 {"newton", LinearSolver::kAuto, "auto"},
-                                 {"newton", LinearSolver::kMatrixFree, "matrix_free"},
-                                 {"newton", LinearSolver::kCg, "cg"},
-                                 {"newton", LinearSolver::kFactor, "factor"}}) {
+    for (const auto& [name, solver] : all_solvers()) {
       // Its equations are not those of a minimum.
-      if (rule == Integrator::kEnergyMomentum && std::string(solver.kind) == "ceres") continue;
-      ImplicitWay& way = ways.emplace_back();
-      way.integrator = rule;
-      way.solver.kind = solver.kind;
-      way.solver.linear = solver.linear;
-      way.name = prefix + "_" + solver.name;
+      if (rule == Integrator::kEnergyMomentum && name == "ceres") continue;
+      ways.push_back({rule, solver, prefix + "_" + name});
     }
   }
   return ways;

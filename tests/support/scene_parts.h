@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "tetraction/mesh/tet_mesh.h"
 #include "tetraction/simulation/scene.h"
@@ -120,6 +121,34 @@ inline ConstraintSettings driven(Selection select, const std::optional<Vector3>&
   handle.velocity = velocity;
   handle.angular_velocity = angular_velocity;
   return handle;
+}
+
+/// A factor that is linear between these corners.
+inline AmplitudeSettings corners(const std::string& name,
+                                 std::vector<std::pair<double, double>> points) {
+  AmplitudeSettings amplitude;
+  amplitude.name = name;
+  amplitude.points = std::move(points);
+  return amplitude;
+}
+
+inline AmplitudeSettings sine(const std::string& name, double frequency, double offset = 0.0) {
+  AmplitudeSettings amplitude;
+  amplitude.name = name;
+  amplitude.kind = AmplitudeKind::kSine;
+  amplitude.frequency = frequency;
+  amplitude.offset = offset;
+  return amplitude;
+}
+
+inline ProbeSettings probe_of(const std::string& name, ProbeQuantity quantity,
+                              Selection select = SelectAll{}, int every = 1) {
+  return {name, std::move(select), {}, quantity, every, {}};
+}
+
+inline ProbeSettings probe_at(const std::string& name, ProbeQuantity quantity, const Vector3& point,
+                              int every = 1) {
+  return {name, SelectAll{}, point, quantity, every, {}};
 }
 
 /// A load with this vector, of the kind of the list that it is added to.

@@ -139,10 +139,7 @@ TEST(LoadFacts, EveryKindOfLoad) {
 
 TEST(LoadFacts, AmplitudesAndTheEnvironment) {
   Scene scene = beam();
-  AmplitudeSettings ramp;
-  ramp.name = "ramp";
-  ramp.points = {{0.0, 0.0}, {1.0, 1.0}};
-  scene.amplitude.push_back(ramp);
+  scene.amplitude.push_back(corners("ramp", {{0.0, 0.0}, {1.0, 1.0}}));
   ForceSettings traction = load_of(LoadKind::kTraction, SelectPlane{0, 0.0, {}});
   traction.vector = {0, -3, 0};
   traction.amplitude = "ramp";

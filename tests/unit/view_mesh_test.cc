@@ -27,12 +27,7 @@ class ViewMesh : public testing::Test {
   }
 
   void expect_refused(const std::string& what) const {
-    try {
-      view_mesh(positions_, tetrahedra_);
-      FAIL() << "accepted";
-    } catch (const InputError& error) {
-      EXPECT_NE(std::string(error.what()).find(what), std::string::npos) << error.what();
-    }
+    expect_error([&] { view_mesh(positions_, tetrahedra_); }, {what});
   }
 
   const TetMesh block_ = small_block({6, 3, 3});

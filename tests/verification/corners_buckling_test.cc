@@ -4,27 +4,20 @@
 #include <string>
 #include <vector>
 
-#include "support/runs.h"
+#include "support/corner_scenes.h"
 
 namespace tetraction {
 namespace {
 
 using namespace testing_support;
 
-struct Choice {
-  std::string name;
-  std::string kind;
-  LinearSolver linear = LinearSolver::kAuto;
-};
-
-class Corner : public testing::TestWithParam<Choice> {
+class Corner : public testing::TestWithParam<std::pair<std::string, SolverSettings>> {
  protected:
   Scene scene(double step, double end) const {
     Scene scene;
     scene.material = elastic(1e6, 0.4);
     scene.time = {Integrator::kBackwardEuler, step, false, end};
-    scene.solver.kind = GetParam().kind;
-    scene.solver.linear = GetParam().linear;
+    scene.solver = GetParam().second;
     return scene;
   }
   static FixSettings held(double x, const Vector3& velocity = Vector3::Zero()) {
@@ -37,13 +30,8 @@ class Corner : public testing::TestWithParam<Choice> {
   }
 };
 
-INSTANTIATE_TEST_SUITE_P(Solvers, Corner,
-                         testing::Values(Choice{"auto", "newton", LinearSolver::kAuto},
-                                         Choice{"matrixfree", "newton", LinearSolver::kMatrixFree},
-                                         Choice{"cg", "newton", LinearSolver::kCg},
-                                         Choice{"factor", "newton", LinearSolver::kFactor},
-                                         Choice{"ceres", "ceres", LinearSolver::kAuto}),
-                         [](const auto& test) { return test.param.name; });
+INSTANTIATE_TEST_SUITE_P(Solvers, Corner, testing::ValuesIn(all_solvers()),
+                         [](const auto& test) { return test.param.first; });
 
 // A column is pressed together by an eighth of its length. The straight column's energy at the second
 // of ten steps is 51.547 J, that of the buckled one 44.940 J.
@@ -60,7 +48,7 @@ TEST_P(Corner, ColumnsBuckle) {
     }
     ASSERT_EQ(session.status(), RunStatus::kFinished) << session.message();
     EXPECT_NEAR(elastic_energy(session), 316.207, 1e-2);
-    if (GetParam().kind == "ceres") break;
+    if (GetParam().second.kind == "ceres") break;
   }
 }
 
@@ -115,7 +103,7 @@ TEST_P(Corner, ArchesSnapThrough) {
 // Thrown at a wall at three times the speed of sound: elements are pressed nearly flat in one step,
 // and most of their Hessians are indefinite on the way.
 TEST_P(Corner, ImpactsTakeFewIterations) {
-  const bool newton = GetParam().kind == "newton";
+  const bool newton = GetParam().second.kind == "newton";
   const struct {
     double step;
     double energy;

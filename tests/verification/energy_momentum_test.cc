@@ -114,12 +114,7 @@ struct Acting {
 };
 
 AmplitudeSettings swinging() {
-  AmplitudeSettings amplitude;
-  amplitude.name = "swing";
-  amplitude.kind = AmplitudeKind::kSine;
-  amplitude.frequency = 0.7;
-  amplitude.offset = 0.4;
-  return amplitude;
+  return sine("swing", 0.7, 0.4);
 }
 
 ForceSettings load_of(LoadKind kind, const Selection& select) {

@@ -219,10 +219,7 @@ TEST(Failures, NumbersThatOverflowPassNoStep) {
 TEST(Failures, ABodyThatIsHeldEverywhereHasNoStepToBlame) {
   Scene scene = beam(Integrator::kMidpoint, 1e-3);
   scene.time.end = 0.1;
-  AmplitudeSettings zigzag;
-  zigzag.name = "a";
-  zigzag.points = {{0.0, 0.0}, {0.03, 1.0}, {0.06, 0.0}, {0.1, 1.0}};
-  scene.amplitude = {zigzag};
+  scene.amplitude = {corners("a", {{0.0, 0.0}, {0.03, 1.0}, {0.06, 0.0}, {0.1, 1.0}})};
   scene.fix[0].select = SelectAll{};
   scene.fix[0].offset = Vector3(0.0, 0.01, 0.0);
   scene.fix[0].amplitude = "a";

@@ -7,11 +7,8 @@
 #include <utility>
 #include <vector>
 
-#include <Eigen/Eigenvalues>
-#include <Eigen/LU>
-
+#include "support/dense_matrices.h"
 #include "support/runs.h"
-#include "tetraction/dynamics/consistent_mass.h"
 #include "tetraction/material/neo_hookean.h"
 #include "tetraction/mesh/edge_vertices.h"
 #include "tetraction/simulation/equilibrium.h"
@@ -299,47 +296,8 @@ class DampedColumn {
   }
   // All λ of λ² M y + λ C y + K y = 0 with Im λ > 0, in the order of |λ|.
   std::vector<std::complex<double>> roots() const {
-    const MechanicalSystem& system = session_.system();
-    const Vector& q = session_.state().position;
-    const FreeCoordinates& coordinates = system.coordinates();
-    const Index n = coordinates.count();
-    HessianBlocks terms;
-    terms.reset(system.vertex_count());
-    LoadStiffness loads;
-    const ForcePoint at = system.force_point(q, 0.0);
-    for (const ForceTerm* term : system.force_terms()) {
-      if (term->has_potential()) term->add_hessian(at, HessianForm::kExact, terms);
-      if (term->has_load()) term->add_load_stiffness(at, loads);
-    }
-    Matrix m(n, n);
-    Matrix c(n, n);
-    Matrix k(n, n);
-    for (Index j = 0; j < n; ++j) {
-      const Vector u = coordinates.extend(Vector::Unit(n, j));
-      Vector product;
-      system.elastic().product(q, u, product);
-      terms.add_product(u, product);
-      loads.add_product(u, product);
-      k.col(j) = coordinates.restrict(product);
-      const Vector momentum = consistent_momentum(system, u);
-      m.col(j) = coordinates.restrict(momentum);
-      Vector viscous = Vector::Zero(u.size());
-      system.add_viscous_force(q, u, viscous);
-      c.col(j) = coordinates.restrict(system.damping().mass_damping * momentum - viscous);
-    }
-    const Eigen::PartialPivLU<Matrix> lu(m);
-    Matrix matrix = Matrix::Zero(2 * n, 2 * n);
-    matrix.topRightCorner(n, n).setIdentity();
-    matrix.bottomLeftCorner(n, n) = -lu.solve(k);
-    matrix.bottomRightCorner(n, n) = -lu.solve(c);
-    const Eigen::VectorXcd values = Eigen::EigenSolver<Matrix>(matrix, false).eigenvalues();
-    std::vector<std::complex<double>> roots;
-    for (const std::complex<double>& value : values) {
-      if (value.imag() > 0.0) roots.push_back(value);
-    }
-    std::sort(roots.begin(), roots.end(),
-              [](const auto& a, const auto& b) { return std::abs(a) < std::abs(b); });
-    return roots;
+    return rates_of(dense_matrices(session_.system(), session_.state().position),
+                    [](const std::complex<double>& value) { return value.imag() > 0.0; });
   }
 
  private:

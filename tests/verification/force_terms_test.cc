@@ -185,12 +185,11 @@ TEST(UndefinedPotentials, ABodyMayNotBeginThere) {
   Scene scene;
   scene.material = elastic(1e3, 0.3);
   scene.force_term.push_back(std::make_shared<FloorBarrier>(0.1, 1e3, 0.01));
-  try {
-    Session session(scene, generate_box({0.2, 0.2, 0.2}, {1, 1, 1}));
-    FAIL();
-  } catch (const InputError& error) {
-    EXPECT_NE(std::string(error.what()).find("\"floor\""), std::string::npos) << error.what();
-  }
+  expect_error(
+      [&] {
+        Session session(scene, generate_box({0.2, 0.2, 0.2}, {1, 1, 1}));
+      },
+      {"\"floor\""});
 }
 
 // A step that was too large for its damping is repeated with a smaller one, as if it had never been

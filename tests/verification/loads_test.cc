@@ -13,10 +13,7 @@ namespace {
 using namespace testing_support;
 
 AmplitudeSettings hat() {
-  AmplitudeSettings hat;
-  hat.name = "hat";
-  hat.points = {{0.0111, 0.0}, {0.0234, 2.5}, {0.0357, -0.4}};
-  return hat;
+  return corners("hat", {{0.0111, 0.0}, {0.0234, 2.5}, {0.0357, -0.4}});
 }
 constexpr double kHatIntegral = 0.5 * 2.5 * 0.0123 + 0.5 * 2.1 * 0.0123 - 0.4 * (0.06 - 0.0357);
 
@@ -97,11 +94,7 @@ TEST_P(Loads, AMomentGivesAngularMomentum) {
 
 TEST_P(Loads, AFixFollowsItsAmplitudeAndAHandleTurnsByItsIntegral) {
   Scene scene = block(1e-3, 0.05);
-  AmplitudeSettings swing;
-  swing.name = "swing";
-  swing.kind = AmplitudeKind::kSine;
-  swing.frequency = 20.0;
-  scene.amplitude = {hat(), swing};
+  scene.amplitude = {hat(), sine("swing", 20.0)};
   FixSettings fix = shifted(SelectPlane{0, 0.0, {}}, {0.0, 0.004, 0.0});
   fix.amplitude = "swing";
   scene.fix = {fix};

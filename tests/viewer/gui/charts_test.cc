@@ -152,12 +152,8 @@ TEST(ChartSeries, ThinningKeepsSpikes) {
 
 // A row has values of probes; NaN where there are none.
 TEST(ChartSeries, OfProbesLeaveRowsWithoutValuesOut) {
-  ProbeSettings tip;
-  tip.name = "tip";
-  ProbeSettings stress;
-  stress.name = "s";
-  stress.quantity = ProbeQuantity::kVonMises;
-  const std::vector<ChartProbe> probes = chart_probes({tip, stress});
+  const std::vector<ChartProbe> probes = chart_probes(
+      {probe_of("tip", ProbeQuantity::kDisplacement), probe_of("s", ProbeQuantity::kVonMises)});
   ASSERT_EQ(probes.size(), 2U);
   EXPECT_EQ(probes[0].axis, "tip: displacement [m]");
   EXPECT_EQ(probes[1].axis, "s: von mises [Pa]");
@@ -186,13 +182,8 @@ TEST_F(Charts, OfProbesAreDrawnLive) {
   auto* tabs = find<QTabBar>("chart_tabs");
   EXPECT_EQ(tabs->count(), 5);
   Document document = first_scene();
-  ProbeSettings tip;
-  tip.name = "tip";
-  tip.select = SelectPlane{0, 1.2, {}};
-  ProbeSettings load;
-  load.name = "grip";
-  load.quantity = ProbeQuantity::kReaction;
-  document.scene.probe = {tip, load};
+  document.scene.probe = {probe_of("tip", ProbeQuantity::kDisplacement, SelectPlane{0, 1.2, {}}),
+                          probe_of("grip", ProbeQuantity::kReaction)};
   show(std::move(document));
   ASSERT_EQ(tabs->count(), 6);
   run_to(0.3);

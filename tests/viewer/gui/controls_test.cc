@@ -133,10 +133,7 @@ TEST_F(Controls, NumbersOutOfRangeAreRefusedWithTheRange) {
 }
 
 TEST_F(Controls, LimitTurnsRedAndBlowUpOffersTheWayBack) {
-  Document document = quiet_beam();
-  document.scene.environment.kind = EnvironmentKind::kGravity;
-  document.scene.damping = {};
-  show(std::move(document));
+  show(falling_beam());
   const double limit = state().stable_step;
   ASSERT_GT(limit, 0.0);
   make_edit(SetTime{{Integrator::kVerlet, 3.0 * limit, false, 1000.0}}, "Verlet");
@@ -158,10 +155,7 @@ TEST_F(Controls, LimitTurnsRedAndBlowUpOffersTheWayBack) {
 // The message suggests a smaller step: what sets one goes back by itself, and nothing that is said
 // meanwhile takes the button for the way back away.
 TEST_F(Controls, AfterAFailureEverythingLeadsBack) {
-  Document document = quiet_beam();
-  document.scene.environment.kind = EnvironmentKind::kGravity;
-  document.scene.damping = {};
-  show(std::move(document));
+  show(falling_beam());
   auto* back = find<QPushButton>("message_action");
   QAction* menu = menu_action(QStringLiteral("&Back to the last good state"));
   EXPECT_FALSE(menu->isEnabled());

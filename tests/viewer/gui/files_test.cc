@@ -39,6 +39,13 @@ class Files : public WindowTest {
     file.write(text);
     return path;
   }
+  /// Runs the scene, and records it in a folder with a frame for each five steps.
+  std::string record(Session& session, const char* name) {
+    const std::string directory = folder_.filePath(QLatin1String(name)).toStdString();
+    RunRecorder recorder(directory, 5);
+    session.run({&recorder});
+    return directory;
+  }
   QTemporaryDir folder_;
 };
 
@@ -195,9 +202,7 @@ TEST_F(Files, ReloadReadsTheFileAgain) {
 TEST_F(Files, ARunIsReplayed) {
   const Scene scene = read_scene(write("scene.toml", kScene).toStdString());
   Session session(scene, generate_mesh(*scene.mesh.generate));
-  const std::string directory = folder_.filePath(QStringLiteral("run")).toStdString();
-  RunRecorder recorder(directory, 5);
-  session.run({&recorder});
+  const std::string directory = record(session, "run");
 
   open(QString::fromStdString(directory));
   wait(300);
@@ -258,9 +263,7 @@ class DecimalComma {
 TEST_F(Files, ARunIsReadTheSameWithADecimalComma) {
   const Scene scene = read_scene(write("scene.toml", kScene).toStdString());
   Session session(scene, generate_mesh(*scene.mesh.generate));
-  const std::string directory = folder_.filePath(QStringLiteral("run")).toStdString();
-  RunRecorder recorder(directory, 5);
-  session.run({&recorder});
+  const std::string directory = record(session, "run");
   const DecimalComma comma(folder_.path());
   if (!comma.is_set()) GTEST_SKIP() << "This machine cannot make a German locale.";
   ASSERT_EQ(std::strtod("0,5", nullptr), 0.5);
@@ -272,21 +275,13 @@ TEST_F(Files, ARunIsReadTheSameWithADecimalComma) {
 // History and probes have rows for different steps.
 TEST_F(Files, ProbesOfARunAreReplayed) {
   Scene scene = read_scene(write("scene.toml", kScene).toStdString());
-  ProbeSettings all;
-  all.name = "all";
-  all.every = 4;
-  ProbeSettings inside;
-  inside.name = "j";
-  inside.quantity = ProbeQuantity::kJacobian;
-  inside.every = 6;
-  scene.probe = {all, inside};
+  scene.probe = {probe_of("all", ProbeQuantity::kDisplacement, SelectAll{}, 4),
+                 probe_of("j", ProbeQuantity::kJacobian, SelectAll{}, 6)};
   scene.output.history_every = 5;
   scene.echo = R"({"probe": [{"name": "all", "quantity": "displacement"},
                              {"name": "j", "quantity": "jacobian"}]})";
   Session session(scene, generate_mesh(*scene.mesh.generate));
-  const std::string directory = folder_.filePath(QStringLiteral("probes")).toStdString();
-  RunRecorder recorder(directory, 5);
-  session.run({&recorder});
+  const std::string directory = record(session, "probes");
   ASSERT_EQ(session.step_number(), 30);
   const Replay replay(directory);
   ASSERT_EQ(replay.probes().size(), 2U);

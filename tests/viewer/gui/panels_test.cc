@@ -7,14 +7,11 @@
 #include <QScrollArea>
 #include <QSlider>
 
-#include "support/scene_parts.h"
 #include "viewer/gui/widgets/vector_fields.h"
 #include "window_test.h"
 
 namespace tetraction::viewer {
 namespace {
-
-using namespace tetraction::testing_support;
 
 using Panels = WindowTest;
 
@@ -128,10 +125,7 @@ TEST_F(Panels, LoadsAreShownAndChanged) {
   pressure.amplitude = "late";
   document.scene.pressure = {pressure};
   document.scene.force = {total_load(SelectPlane{0, 1.2, {}}, {0.0, 3.0, 0.0})};
-  AmplitudeSettings late;
-  late.name = "late";
-  late.points = {{1.0, 0.0}, {2.0, 1.0}};
-  document.scene.amplitude = {late};
+  document.scene.amplitude = {corners("late", {{1.0, 0.0}, {2.0, 1.0}})};
   document.scene.environment.kind = EnvironmentKind::kGravity;
   document.scene.environment.amplitude = "late";
   show(std::move(document));

@@ -17,9 +17,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "support/scene_parts.h"
 #include "tetraction/core/blas.h"
-#include "tetraction/mesh/generate.h"
-#include "tetraction/simulation/scene_objects.h"
 #include "viewer/gui/body/body_view.h"
 #include "viewer/gui/chart/live_chart.h"
 #include "viewer/gui/widgets/number_field.h"
@@ -28,12 +27,22 @@
 
 namespace tetraction::viewer {
 
+using namespace tetraction::testing_support;
+
 /// A clamped beam without gravity, at rest: what happens to it is what the test does.
 inline Document quiet_beam() {
   Document document = first_scene();
   document.scene.environment.kind = EnvironmentKind::kNone;
   document.scene.mesh.generate = GeneratorSettings{GeneratorKind::kBox, {1.2, 0.3, 0.3}, {8, 2, 2}};
-  document.mesh = generate_box({1.2, 0.3, 0.3}, {8, 2, 2});
+  document.mesh = mesh_of(document.scene);
+  return document;
+}
+
+/// The same beam, falling and without damping.
+inline Document falling_beam() {
+  Document document = quiet_beam();
+  document.scene.environment.kind = EnvironmentKind::kGravity;
+  document.scene.damping = {};
   return document;
 }
 
