@@ -182,11 +182,7 @@ class Advice(BeamTest):
         self.assertIn("mesh.file", self.refused(3, f"check {scene}"))
 
     def test_quiet_runs_do_not_speak_of_the_blas(self):
-        slow = {"OPENBLAS_CORETYPE": "Prescott"}
-        if "Prescott" not in self.run_program("--version", env=slow).stdout:
-            self.skipTest("OpenBLAS has no such kernels here")
-        if " avx2 " not in self.read("/proc/cpuinfo"):
-            self.skipTest("the processor has nothing better")
+        slow = self.slow_blas()
         run = ["run", "beam.toml", "--out", self.path("out"), "--quiet"]
         self.assertEqual(self.run_program(*run, env=slow).stderr, "")
         self.assertIn("OPENBLAS_CORETYPE", self.read_json("out", "summary.json")["warnings"][0])

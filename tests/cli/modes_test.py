@@ -100,6 +100,14 @@ class Modes(BeamTest):
         self.assertGreater(arrays["displacement"][:, 0].max(), 0.1)
         self.assertNotIn("displacement", read_grid(self.path("rest", "mode_01.vtu"))[1])
 
+    def static_displacements(self, scene):
+        """Those of static, and those of the equilibrium whose modes are computed."""
+        self.run_program(f"modes {scene} -n 1 --out modes --static")
+        self.run_program(f"static {scene} --out static")
+        expected = read_grid(self.path("static", "final.vtu"))[1]["displacement"]
+        computed = read_grid(self.path("modes", "mode_01.vtu"))[1]["displacement"]
+        return expected, computed
+
     def test_equilibrium_is_that_of_static(self):
         # Consistent weights of gravity matter for few quadratic elements: lumped masses bend a column of
         # two cells sideways by half of its elongation.
@@ -120,10 +128,7 @@ select = { plane = { axis = "z", at = 2.0 } }
 select = { all = true }
 vector = [0, 0, -5e3]
 """)
-        self.run_program(f"modes {scene} -n 1 --out modes --static")
-        self.run_program(f"static {scene} --out static")
-        expected = read_grid(self.path("static", "final.vtu"))[1]["displacement"]
-        computed = read_grid(self.path("modes", "mode_01.vtu"))[1]["displacement"]
+        expected, computed = self.static_displacements(scene)
         self.assertGreater(abs(expected).max(), 1e-2)
         self.assertLess(abs(computed - expected).max(), 1e-6 * abs(expected).max())
 
@@ -144,10 +149,7 @@ select = { plane = { axis = "z", at = 0.0 } }
 select = { plane = { axis = "z", at = 1.0 } }
 offset = [0, 0, -0.3]
 """)
-        self.run_program(f"modes {scene} -n 1 --out modes --static")
-        self.run_program(f"static {scene} --out static")
-        expected = read_grid(self.path("static", "final.vtu"))[1]["displacement"]
-        computed = read_grid(self.path("modes", "mode_01.vtu"))[1]["displacement"]
+        expected, computed = self.static_displacements(scene)
         self.assertLess(abs(computed - expected).max(), 1e-6)
 
     def test_pressure_with_a_free_rim(self):

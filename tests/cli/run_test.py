@@ -142,11 +142,7 @@ class Run(BeamTest):
         self.assertEqual(summary["events"][0]["energy_jump"], 0)
 
     def test_a_slow_blas_is_warned_of_once(self):
-        slow = {"OPENBLAS_CORETYPE": "Prescott"}
-        if "Prescott" not in self.run_program("--version", env=slow).stdout:
-            self.skipTest("OpenBLAS has no such kernels here")
-        if " avx2 " not in self.read("/proc/cpuinfo"):
-            self.skipTest("the processor has nothing better")
+        slow = self.slow_blas()
 
         def warnings(*arguments, env=slow):
             lines = self.run_program(*arguments, env=env).stderr.splitlines()

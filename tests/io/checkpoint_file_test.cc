@@ -1,7 +1,6 @@
 // Checkpoint files: a new session that goes on from one has the same bits as the run that wrote it, and
 // no damaged file is taken for a whole one.
 #include <fmt/format.h>
-#include <gtest/gtest.h>
 
 #include <algorithm>
 #include <bit>
@@ -17,17 +16,13 @@
 
 #include "io/text/check_sum.h"
 #include "support/corner_scenes.h"
-#include "support/messages.h"
 #include "support/same_run.h"
 #include "support/temporary_folder.h"
-#include "tetraction/core/error.h"
 #include "tetraction/io/checkpoint_file.h"
 #include "tetraction/io/initial_fields.h"
 #include "tetraction/io/mesh_writer.h"
 #include "tetraction/io/scene_reader.h"
 #include "tetraction/io/text_file.h"
-#include "tetraction/mesh/generate.h"
-#include "tetraction/mesh/selection.h"
 
 namespace tetraction {
 namespace {

@@ -1,6 +1,5 @@
 #include "tetraction/io/frame_writer.h"
 
-#include <gtest/gtest.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
 

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <string>
 
+#include "support/messages.h"
 #include "support/temporary_folder.h"
 #include "tetraction/core/error.h"
 #include "tetraction/io/scene_reader.h"
@@ -22,14 +23,7 @@ class GentScene : public testing::Test {
   }
   void expect_refusal(const std::string& parameters, const std::string& key,
                       const std::string& reason) {
-    try {
-      scene(parameters);
-      ADD_FAILURE() << parameters << " was accepted";
-    } catch (const InputError& error) {
-      const std::string message = error.what();
-      EXPECT_NE(message.find(key), std::string::npos) << message;
-      EXPECT_NE(message.find(reason), std::string::npos) << message;
-    }
+    testing_support::expect_error([&] { scene(parameters); }, {key, reason});
   }
 
   testing_support::TemporaryFolder temporary_;

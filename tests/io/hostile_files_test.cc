@@ -1,7 +1,6 @@
 // Files that are broken on purpose or by accident: each is read, or refused with one short message
 // that names the file and the place. The small files are those from which the fuzzers begin.
 #include <fmt/format.h>
-#include <gtest/gtest.h>
 #include <sys/stat.h>
 
 #include <algorithm>

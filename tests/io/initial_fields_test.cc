@@ -1,8 +1,6 @@
 // Displacements and velocities of [initial] from files and formulas.
 #include "tetraction/io/initial_fields.h"
 
-#include <gtest/gtest.h>
-
 #include <clocale>
 #include <cmath>
 #include <filesystem>
@@ -12,12 +10,10 @@
 #include "io/text/csv_table.h"
 #include "io/text/formula.h"
 #include "support/folder_test.h"
-#include "tetraction/core/error.h"
+#include "support/runs.h"
 #include "tetraction/io/mesh_writer.h"
 #include "tetraction/io/scene_reader.h"
 #include "tetraction/io/scene_writer.h"
-#include "tetraction/mesh/generate.h"
-#include "tetraction/simulation/session.h"
 
 namespace tetraction {
 namespace {
@@ -39,23 +35,17 @@ class InitialFields : public FolderTest {
   // The message about a displacement of one tetrahedron from a file.
   std::string file_error(const std::string& csv) const {
     file("u.csv", csv);
-    try {
-      read_scene_mesh(scene("displacement = { file = \"u.csv\" }\n"));
-    } catch (const FileError& error) {
-      const std::string message = error.what();
-      EXPECT_EQ(message.rfind((folder_ / "u.csv").string(), 0), 0U) << message;
-      return message.substr((folder_ / "u.csv").string().size());
-    }
-    return "accepted";
+    const std::string message = message_of<FileError>(
+        [&] { read_scene_mesh(scene("displacement = { file = \"u.csv\" }\n")); });
+    if (message == "accepted") return message;
+    EXPECT_EQ(message.rfind((folder_ / "u.csv").string(), 0), 0U) << message;
+    return message.substr((folder_ / "u.csv").string().size());
   }
 
   std::string formula_error(const std::string& formula) const {
-    try {
+    return message_of([&] {
       read_scene_mesh(scene("velocity = { formula = [\"0\", \"" + formula + "\", \"0\"] }\n"));
-    } catch (const InputError& error) {
-      return error.what();
-    }
-    return "accepted";
+    });
   }
 };
 
@@ -145,10 +135,8 @@ TEST_F(InitialFields, BrokenFilesAreRefusedWithTheLine) {
 TEST_F(InitialFields, WrongFormulasAreRefusedWithKeyAndPosition) {
   const auto expect = [this](const std::string& formula, const std::string& what) {
     const std::string message = formula_error(formula);
-    EXPECT_NE(message.find("scene.toml:7:14: initial.velocity.formula: the formula of y, \"" +
-                           formula + "\"" + what),
-              std::string::npos)
-        << message;
+    expect_part(message, "scene.toml:7:14: initial.velocity.formula: the formula of y, \"" +
+                             formula + "\"" + what);
   };
   expect("0.1*Q", ", character 5: \"Q\" is not a variable");
   expect("X + ", ", character 5: the formula ends too early.");
@@ -165,13 +153,8 @@ TEST_F(InitialFields, TablesThatAreNeitherFileNorFormulaAreRefused) {
   for (const char* wrong : {"{ }", "{ file = \"a\", formula = [\"1\", \"2\", \"3\"] }",
                             "{ formula = [\"1\", \"2\"] }", "{ formula = [\"1\", \"2\", \"\"] }",
                             "{ formula = \"X\" }", "{ fil = \"a\" }", "{ file = \"\" }"}) {
-    try {
-      scene(std::string("displacement = ") + wrong + "\n");
-      ADD_FAILURE() << wrong;
-    } catch (const InputError& error) {
-      EXPECT_NE(std::string(error.what()).find("scene.toml:7:"), std::string::npos) << error.what();
-      EXPECT_NE(std::string(error.what()).find("displacement"), std::string::npos) << error.what();
-    }
+    expect_error([&] { scene(std::string("displacement = ") + wrong + "\n"); },
+                 {"scene.toml:7:", "displacement"});
   }
 }
 
@@ -196,23 +179,13 @@ TEST_F(InitialFields, WhatInvertsAnElementIsNamedWithItsPlace) {
   const Scene s =
       scene("stretch = [1, 2, 1]\ndisplacement = { formula = [\"-2*X\", \"0\", \"0\"] }\n");
   const auto system = make_system(s, read_scene_mesh(s));
-  try {
-    make_initial_state(s, *system);
-    ADD_FAILURE();
-  } catch (const InputError& error) {
-    EXPECT_EQ(error.what(),
-              s.path + ":8:1: initial.displacement inverts element 0: make it smaller.");
-  }
+  EXPECT_EQ(message_of([&] { make_initial_state(s, *system); }),
+            s.path + ":8:1: initial.displacement inverts element 0: make it smaller.");
 }
 
 TEST_F(InitialFields, AMeshWithoutTheFieldIsRefused) {
   const Scene s = scene("displacement = { formula = [\"0.1*X\", \"0\", \"0\"] }\n");
-  try {
-    Session session(s, generate_tetrahedron(2.0));
-    ADD_FAILURE();
-  } catch (const InputError& error) {
-    EXPECT_NE(std::string(error.what()).find("read_scene_mesh()"), std::string::npos);
-  }
+  expect_error([&] { Session session(s, generate_tetrahedron(2.0)); }, {"read_scene_mesh()"});
 }
 
 // Neither the C locale nor the C++ locale has an influence on numbers.

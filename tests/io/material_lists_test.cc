@@ -4,6 +4,7 @@
 #include <cmath>
 #include <filesystem>
 
+#include "support/messages.h"
 #include "support/temporary_folder.h"
 #include "tetraction/core/error.h"
 #include "tetraction/io/initial_fields.h"
@@ -36,13 +37,10 @@ class MaterialLists : public testing::Test {
     return read_scene(path("scene.toml"), overrides);
   }
   std::string refusal(const std::string& material, const std::vector<std::string>& overrides = {}) {
-    try {
+    return testing_support::message_of([&] {
       const Scene read = scene(material, overrides);
       make_system(read, read_scene_mesh(read));
-    } catch (const InputError& error) {
-      return error.what();
-    }
-    return "accepted";
+    });
   }
   void expect_refusal(const std::string& lines, const std::vector<std::string>& parts,
                       const std::vector<std::string>& overrides = {}) {

@@ -1,8 +1,6 @@
 // The readers of Gmsh, TetGen and Vega files (VTK's are in vtk_reader_test.cc).
 #include "tetraction/io/mesh_reader.h"
 
-#include <gtest/gtest.h>
-
 #include <algorithm>
 #include <array>
 #include <cstring>
@@ -13,7 +11,6 @@
 
 #include "support/folder_test.h"
 #include "support/messages.h"
-#include "tetraction/core/error.h"
 #include "tetraction/mesh/selection.h"
 
 namespace tetraction {
@@ -530,12 +527,7 @@ TEST(MeshReader, RefusesUnknownEndingsAndMissingFiles) {
   for (const auto& [name, part] : {std::pair{shipped("SOURCES.md"), "\".md\""},
                                    std::pair{std::string("/nowhere/mesh.stl"), "\".stl\""},
                                    std::pair{shipped(""), "ending"}}) {
-    try {
-      read_mesh(name);
-      FAIL() << name;
-    } catch (const InputError& error) {
-      EXPECT_NE(std::string(error.what()).find(part), std::string::npos) << error.what();
-    }
+    expect_error([&] { read_mesh(name); }, {part});
   }
   const std::string missing = refusal("/nowhere/mesh.msh");
   EXPECT_NE(missing.find("no such file"), std::string::npos);
@@ -608,12 +600,7 @@ TEST(TetgenReader, NumbersAndFacesThatAreGivenTwiceAreRefused) {
     const std::string node = written("twice.node", kNodes);
     written("twice.ele", elements);
     written("twice.face", faces);
-    try {
-      read_mesh(node);
-    } catch (const FileError& error) {
-      return std::string(error.what());
-    }
-    return std::string("accepted");
+    return message_of<FileError>([&] { read_mesh(node); });
   };
   const std::string one = "1 4 0\n1 1 2 3 4\n";
   EXPECT_EQ(answer(one, "2 1\n1 1 2 3 5 1 -1\n2 1 2 4 6\n"), "accepted");

@@ -1,7 +1,6 @@
 #include "tetraction/io/mesh_writer.h"
 
 #include <fmt/format.h>
-#include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
@@ -12,6 +11,7 @@
 #include <sstream>
 
 #include "support/folder_test.h"
+#include "support/messages.h"
 #include "tetraction/core/error.h"
 #include "tetraction/io/mesh_reader.h"
 #include "tetraction/mesh/generate.h"
@@ -87,12 +87,7 @@ TEST_P(MeshWriter, ImpossiblePlaceIsAnOutputError) {
   std::ofstream(blocker) << "not a directory";
   for (const std::string& place :
        {blocker + "/m" + GetParam(), path("no_such_directory") + "/m" + GetParam()}) {
-    try {
-      write_mesh(mesh, place);
-      FAIL() << place << " was written";
-    } catch (const OutputError& error) {
-      EXPECT_NE(std::string(error.what()).find("/m."), std::string::npos) << error.what();
-    }
+    expect_error<OutputError>([&] { write_mesh(mesh, place); }, {"/m."});
   }
   EXPECT_EQ(contents(blocker), "not a directory");
 }

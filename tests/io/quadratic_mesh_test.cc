@@ -1,14 +1,10 @@
 // Quadratic tetrahedra in mesh files and scenes.
-#include <gtest/gtest.h>
 
 #include <filesystem>
 #include <fstream>
 
 #include "support/folder_test.h"
-#include "support/messages.h"
-#include "support/scene_parts.h"
-#include "tetraction/core/error.h"
-#include "tetraction/dynamics/mechanical_system.h"
+#include "support/runs.h"
 #include "tetraction/io/initial_fields.h"
 #include "tetraction/io/mesh_quality.h"
 #include "tetraction/io/mesh_reader.h"
@@ -16,9 +12,7 @@
 #include "tetraction/io/run_recorder.h"
 #include "tetraction/io/scene_reader.h"
 #include "tetraction/mesh/edge_vertices.h"
-#include "tetraction/mesh/generate.h"
 #include "tetraction/simulation/probe.h"
-#include "tetraction/simulation/session.h"
 
 namespace tetraction {
 namespace {
@@ -211,15 +205,11 @@ TEST_F(QuadraticMesh, OrientationIsThatOfTheCurvedElement) {
     // Probes find places in it.
     Scene scene;
     scene.material = elastic(1e5, 0.3);
-    ProbeSettings probe;
-    probe.name = "p";
-    probe.quantity = ProbeQuantity::kPosition;
     Vector3 inside = Vector3::Zero();  // N_a = −1/8 and 1/4 at the centroid
     for (std::size_t a = 0; a < 10; ++a) {
       inside += (a < 4 ? -0.125 : 0.25) * rest.position(rest.nodes(0)[a]);
     }
-    probe.point = inside;
-    scene.probe = {probe};
+    scene.probe = {probe_at("p", ProbeQuantity::kPosition, inside)};
     Session session(scene, mesh);
     std::vector<double> found(3);
     session.probes().evaluate(session, found.data());

@@ -1,5 +1,4 @@
 // What a run writes: probes.csv, the rows of history.csv, the fields and formats of frames.
-#include <gtest/gtest.h>
 
 #include <cmath>
 #include <cstdlib>
@@ -10,6 +9,7 @@
 
 #include "support/bodies.h"
 #include "support/folder_test.h"
+#include "support/scene_parts.h"
 #include "tetraction/core/error.h"
 #include "tetraction/dynamics/derived_fields.h"
 #include "tetraction/dynamics/nodal_fields.h"
@@ -17,7 +17,6 @@
 #include "tetraction/io/run_recorder.h"
 #include "tetraction/simulation/output_fields.h"
 #include "tetraction/simulation/probe.h"
-#include "tetraction/simulation/scene_objects.h"
 
 namespace tetraction {
 namespace {
@@ -32,9 +31,7 @@ class RunOutput : public FolderTest {
  protected:
   void SetUp() override {
     scene_ = spinning_block(Integrator::kVerlet, 1e-3, 0.0235);
-    FixSettings clamp;
-    clamp.select = SelectPlane{0, 0.0, {}};
-    scene_.fix = {clamp};
+    scene_.fix = {fix(SelectPlane{0, 0.0, {}})};
     scene_.initial.angular_velocity.setZero();
   }
 
@@ -73,12 +70,7 @@ class RunOutput : public FolderTest {
   }
 
   ProbeSettings tip(ProbeQuantity quantity, const std::string& name, int every = 1) const {
-    ProbeSettings probe;
-    probe.name = name;
-    probe.quantity = quantity;
-    probe.point = Vector3(1.9, 0.6, 0.7);
-    probe.every = every;
-    return probe;
+    return probe_at(name, quantity, {1.9, 0.6, 0.7}, every);
   }
   Scene scene_;
   std::unique_ptr<Session> session_;

@@ -1,14 +1,11 @@
 // Loads and amplitudes in scene files: reading, messages, writing, events.
 #include <filesystem>
 
-#include "support/bodies.h"
 #include "support/folder_test.h"
-#include "tetraction/core/error.h"
+#include "support/runs.h"
 #include "tetraction/io/scene_echo.h"
 #include "tetraction/io/scene_reader.h"
 #include "tetraction/io/scene_writer.h"
-#include "tetraction/simulation/scene_objects.h"
-#include "tetraction/simulation/session.h"
 
 namespace tetraction {
 namespace {
@@ -35,13 +32,12 @@ class SceneLoads : public FolderTest {
   Scene read(const std::string& text) const { return read_scene(file("scene.toml", kHead + text)); }
   // The message with which the scene is refused.
   std::string refusal(const std::string& text) const {
-    try {
-      const Scene scene = read(text);
-      Session(scene, generate_mesh(*scene.mesh.generate));
-    } catch (const Error& error) {
-      return error.what();
-    }
-    return "nothing";
+    return message_of<Error>(
+        [&] {
+          const Scene scene = read(text);
+          Session(scene, generate_mesh(*scene.mesh.generate));
+        },
+        "nothing");
   }
   void expect_refusal(const std::string& text, const std::string& part) const {
     const std::string message = refusal(text);

@@ -1,7 +1,5 @@
 #include "tetraction/io/scene_reader.h"
 
-#include <gtest/gtest.h>
-
 #include <array>
 #include <limits>
 #include <nlohmann/json.hpp>
@@ -12,7 +10,6 @@
 #include "core/quoting.h"
 #include "support/messages.h"
 #include "support/scene_reading.h"
-#include "tetraction/core/error.h"
 
 namespace tetraction {
 namespace {

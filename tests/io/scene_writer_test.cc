@@ -2,14 +2,11 @@
 
 #include <filesystem>
 
-#include "support/bodies.h"
 #include "support/folder_test.h"
-#include "tetraction/core/error.h"
+#include "support/runs.h"
 #include "tetraction/io/mesh_reader.h"
 #include "tetraction/io/scene_echo.h"
 #include "tetraction/io/scene_reader.h"
-#include "tetraction/simulation/scene_objects.h"
-#include "tetraction/simulation/session.h"
 
 namespace tetraction {
 namespace {
@@ -36,10 +33,7 @@ std::string without_events_and_files(Scene scene) {
 
 // An edit as a scene that says what it does, to compare.
 std::string text_of(const Edit& edit) {
-  Scene scene;
-  scene.mesh.generate = GeneratorSettings{};
-  scene.material.youngs_modulus = 1e6;
-  scene.material.poissons_ratio = 0.3;
+  Scene scene = scene_of(GeneratorSettings{}, elastic(1e6, 0.3));
   std::string number;
   // What changes an entry is shown as what adds one, with its number.
   const auto shown = [&](auto part) -> Edit {
@@ -90,56 +84,35 @@ TEST_F(SceneWriter, ShippedScenesReadBackEqual) {
 
 Scene full_scene() {
   Scene scene = testing_support::spinning_block(Integrator::kMidpoint, 1.0 / 3.0 * 1e-2, 0.1);
-  MaterialRegionSettings region;
-  region.select = SelectSphere{{2, 1, 1}, 1.3};
-  region.material = scene.material;
+  MaterialRegionSettings region{SelectSphere{{2, 1, 1}, 1.3}, scene.material, {}};
   region.material.density = 1234.5;
   scene.material_region = {region};
   scene.solver = {"newton", LinearSolver::kFactor, 1e-10, 37};
   scene.damping = {0.1, 0.2, 0.3};
   scene.environment = {EnvironmentKind::kGravity, 3.3, Vector3(1, 2, 3).normalized(), 0.0};
-  FixSettings exact;
-  exact.select = SelectPlane{0, 0.0, 1e-3};
-  exact.components = {true, false, true};
+  FixSettings exact = fix(SelectPlane{0, 0.0, 1e-3}, {true, false, true});
   exact.velocity = {0, 0, -0.0625};
-  FixSettings spring;
-  spring.select = SelectVertices{{11, 10}};
+  FixSettings spring = springs(SelectVertices{{11, 10}}, 1e3);
   spring.targets = {{2, 1, 1.01}, {1, 1.1, 1}};
-  spring.is_penalty = true;
-  spring.penalty = 1e3;
-  FixSettings placed;
-  placed.select = SelectNearest{{2, 0, 0}};
+  FixSettings placed = fix(SelectNearest{{2, 0, 0}});
   placed.target = Vector3(2.0, 0.0, -1e-300);
   scene.fix = {exact, spring, placed};
-  ConstraintSettings rod;
-  rod.vertices = {4, 7};
-  rod.length = 1.4;
-  ConstraintSettings plane;
-  plane.kind = ConstraintKind::kPlane;
-  plane.select = SelectVertices{{7}};
+  ConstraintSettings rod = testing_support::rod(4, 7, 1.4);
+  ConstraintSettings plane = on_plane(SelectVertices{{7}}, {0, 2, 0.1});
   plane.point = Vector3(0, 0.5, 0);
-  plane.direction = {0, 2, 0.1};
   ConstraintSettings line = plane;
   line.kind = ConstraintKind::kLine;
-  ConstraintSettings handle;
-  handle.kind = ConstraintKind::kRigid;
-  handle.select = SelectBox{{2, 0, 0}, {2, 1, 1}};
-  handle.velocity = Vector3(1, 0, 0);
-  handle.angular_velocity = Vector3(0, 0, 2);
+  ConstraintSettings handle =
+      driven(SelectBox{{2, 0, 0}, {2, 1, 1}}, Vector3(1, 0, 0), Vector3(0, 0, 2));
   handle.point = Vector3(0.5, 1, -2);
   scene.constraint = {rod, plane, line, handle};
-  ForceSettings force;
-  force.select = SelectSurface{};
-  force.vector = {1, -0.0, 1e22};
+  ForceSettings force = load(SelectSurface{}, {1, -0.0, 1e22});
   force.from = 0.25;
   force.until = 0.75;
   ForceSettings forever;
   forever.vector = {0.1, 0.2, 0.3};
   scene.force = {force, forever};
-  MomentumSettings momentum;
-  momentum.select = SelectGroup{"a \"group\" \\ of\tall"};
-  momentum.value = {1, 2, 3};
-  scene.initial.momentum = {momentum};
+  scene.initial.momentum = {{SelectGroup{"a \"group\" \\ of\tall"}, {1, 2, 3}, {}}};
   scene.initial.displacement_array = "u";
   scene.initial.velocity_array = "v";
   scene.output = {"out/dir", 3};
@@ -147,16 +120,8 @@ Scene full_scene() {
   scene.output.fields = {"default", "first_piola"};
   scene.output.precision = FramePrecision::kFloat32;
   scene.output.compression = FrameCompression::kZlib;
-  ProbeSettings at_point;
-  at_point.name = "inside";
-  at_point.point = Vector3(1.0 / 3.0, 0.2, 0.3);
-  at_point.quantity = ProbeQuantity::kVonMises;
-  ProbeSettings selected;
-  selected.name = "end_1";
-  selected.select = SelectPlane{0, 2.0, {}};
-  selected.quantity = ProbeQuantity::kReaction;
-  selected.every = 7;
-  scene.probe = {at_point, selected};
+  scene.probe = {probe_at("inside", ProbeQuantity::kVonMises, {1.0 / 3.0, 0.2, 0.3}),
+                 probe_of("end_1", ProbeQuantity::kReaction, SelectPlane{0, 2.0, {}}, 7)};
   // Selections of selections, by name and without.
   const SelectSet side{SetOperation::kAllOf,
                        {{SelectFaces{{0, 0, 1.0 / 3.0}, 12.5}},
@@ -287,9 +252,7 @@ TEST_F(SceneWriter, EveryEditReadsBackEqual) {
 
 TEST_F(SceneWriter, EditsOfOneEventKeepTheirOrder) {
   Scene scene = full_scene();
-  EventSettings event;
-  event.at = 0.5;
-  event.edits = every_edit(scene);
+  const EventSettings event{0.5, every_edit(scene), {}, {}};
   scene.event = {event};
   const Scene read = written_and_read(scene);
   EXPECT_GT(read.event.size(), 1U);
@@ -309,12 +272,9 @@ TEST_F(SceneWriter, NamesMeshFilesRelativeToTheScene) {
   scene.mesh = {};
   scene.mesh.file = (folder_ / "meshes" / "body.vtu").string();
   scene.mesh.scale = 0.001;
-  EXPECT_NE(scene_text(scene, folder_.string()).find("file = \"meshes/body.vtu\""),
-            std::string::npos);
-  EXPECT_NE(scene_text(scene, (folder_ / "scenes").string()).find("file = \"../meshes/body.vtu\""),
-            std::string::npos);
-  EXPECT_NE(scene_text(scene, "/nowhere/else").find("file = \"" + scene.mesh.file + "\""),
-            std::string::npos);
+  expect_part(scene_text(scene, folder_.string()), "file = \"meshes/body.vtu\"");
+  expect_part(scene_text(scene, (folder_ / "scenes").string()), "file = \"../meshes/body.vtu\"");
+  expect_part(scene_text(scene, "/nowhere/else"), "file = \"" + scene.mesh.file + "\"");
   expect_equal(written_and_read(scene), scene);
 }
 

@@ -4,13 +4,25 @@
 #include <algorithm>
 #include <ostream>
 #include <string>
+#include <utility>
 #include <vector>
 
-#include "support/bodies.h"
-#include "support/scene_parts.h"
-#include "tetraction/simulation/session.h"
+#include "support/runs.h"
 
 namespace tetraction::testing_support {
+
+/// The solvers of implicit steps and equilibria by their names.
+inline std::vector<std::pair<std::string, SolverSettings>> all_solvers() {
+  std::vector<std::pair<std::string, SolverSettings>> solvers;
+  for (const LinearSolver linear :
+       {LinearSolver::kAuto, LinearSolver::kMatrixFree, LinearSolver::kCg, LinearSolver::kFactor}) {
+    std::string name = to_string(linear);
+    std::replace(name.begin(), name.end(), '-', '_');
+    solvers.emplace_back(name, SolverSettings{"newton", linear});
+  }
+  solvers.emplace_back("ceres", SolverSettings{"ceres", LinearSolver::kAuto});
+  return solvers;
+}
 
 /// A rule with a solver.
 struct RuleWithSolver {
@@ -25,28 +37,15 @@ inline void PrintTo(const RuleWithSolver& entry, std::ostream* out) {
 
 /// Every implicit rule with every solver.
 inline std::vector<RuleWithSolver> implicit_rules_with_solvers() {
-  struct Solver {
-    const char* kind;
-    LinearSolver linear;
-    const char* name;
-  };
   std::vector<RuleWithSolver> rules;
   for (const Integrator rule : all_integrators()) {
     if (!is_implicit(rule)) continue;
     std::string prefix = to_string(rule);
     std::replace(prefix.begin(), prefix.end(), '-', '_');
-    for (const Solver& solver : {Solver{"ceres", LinearSolver::kAuto, "ceres"},
-                                 {"newton", LinearSolver::kAuto, "auto"},
-                                 {"newton", LinearSolver::kMatrixFree, "matrix_free"},
-                                 {"newton", LinearSolver::kCg, "cg"},
-                                 {"newton", LinearSolver::kFactor, "factor"}}) {
+    for (const auto& [name, solver] : all_solvers()) {
       // Its equations are not those of a minimum.
-      if (needs_root_finder(rule) && std::string(solver.kind) == "ceres") continue;
-      RuleWithSolver& entry = rules.emplace_back();
-      entry.integrator = rule;
-      entry.solver.kind = solver.kind;
-      entry.solver.linear = solver.linear;
-      entry.name = prefix + "_" + solver.name;
+      if (needs_root_finder(rule) && name == "ceres") continue;
+      rules.push_back({rule, solver, prefix + "_" + name});
     }
   }
   return rules;
@@ -70,13 +69,8 @@ inline std::string name_with_solver(const testing::TestParamInfo<RuleWithSolver>
 
 /// A beam along x, held at x = 0, of soft rubber.
 inline Scene clamped_beam(const Vector3& size, const std::array<int, 3>& cells) {
-  Scene scene;
-  scene.mesh.generate = GeneratorSettings{GeneratorKind::kBeam, size, cells};
-  scene.material.youngs_modulus = 1e6;
-  scene.material.poissons_ratio = 0.4;
-  FixSettings clamp;
-  clamp.select = SelectPlane{0, 0.0, {}};
-  scene.fix.push_back(clamp);
+  Scene scene = scene_of({GeneratorKind::kBeam, size, cells}, elastic(1e6, 0.4));
+  scene.fix.push_back(fix(SelectPlane{0, 0.0, {}}));
   return scene;
 }
 

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <string>
+#include <vector>
 
 #include "tetraction/core/error.h"
 
@@ -20,8 +21,16 @@ std::string message_of(const Action& action, const std::string& otherwise = "acc
   return otherwise;
 }
 
+/// Expects that a text has a part.
 inline void expect_part(const std::string& text, const std::string& part) {
   EXPECT_NE(text.find(part), std::string::npos) << text << "\nhas no " << part;
+}
+
+/// Expects that the action throws an error whose message has all these parts.
+template <class Error = InputError, class Action>
+void expect_error(const Action& action, const std::vector<std::string>& parts) {
+  const std::string message = message_of<Error>(action, "");
+  for (const std::string& part : parts) expect_part(message, part);
 }
 
 }  // namespace tetraction::testing_support

@@ -144,6 +144,15 @@ class ProgramTest(unittest.TestCase):
             self.assertNotIn(trace, result.stderr)
         return result
 
+    def slow_blas(self):
+        """An environment in which OpenBLAS is slow, where the machine can have one."""
+        slow = {"OPENBLAS_CORETYPE": "Prescott"}
+        if "Prescott" not in self.run_program("--version", env=slow).stdout:
+            self.skipTest("OpenBLAS has no such kernels here")
+        if " avx2 " not in self.read("/proc/cpuinfo"):
+            self.skipTest("the processor has nothing better")
+        return slow
+
     def json_of(self, *arguments, **keywords):
         """The output with --json."""
         return json.loads(self.run_program(*arguments, "--json", **keywords).stdout)

@@ -2,8 +2,11 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
+#include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "tetraction/mesh/tet_mesh.h"
 #include "tetraction/simulation/scene.h"
@@ -22,6 +25,11 @@ inline MaterialSettings elastic(double youngs_modulus, double poissons_ratio,
   return material;
 }
 
+/// The same of the default density.
+inline MaterialSettings elastic(double youngs_modulus, double poissons_ratio, const char* model) {
+  return elastic(youngs_modulus, poissons_ratio, 1000.0, model);
+}
+
 inline TetMesh mesh_of(const Scene& scene) {
   return generate_mesh(*scene.mesh.generate);
 }
@@ -34,19 +42,151 @@ inline Scene scene_of(const GeneratorSettings& mesh, const MaterialSettings& mat
   return scene;
 }
 
+/// Gravity, m/s², in a unit direction.
+inline EnvironmentSettings gravity(double strength, const Vector3& direction = {0.0, -1.0, 0.0}) {
+  EnvironmentSettings environment;
+  environment.kind = EnvironmentKind::kGravity;
+  environment.strength = strength;
+  environment.direction = direction;
+  return environment;
+}
+
+inline FixSettings fix(Selection select, std::array<bool, 3> components = {true, true, true}) {
+  FixSettings fix;
+  fix.select = std::move(select);
+  fix.components = components;
+  return fix;
+}
+
+/// Holds vertices at a distance, m, from where they are.
+inline FixSettings shifted(Selection select, const Vector3& offset,
+                           std::array<bool, 3> components = {true, true, true}) {
+  FixSettings shifted = fix(std::move(select), components);
+  shifted.offset = offset;
+  return shifted;
+}
+
+/// Drives vertices with a velocity, m/s.
+inline FixSettings moving(Selection select, const Vector3& velocity) {
+  FixSettings moving = fix(std::move(select));
+  moving.velocity = velocity;
+  return moving;
+}
+
+/// Holds vertices by penalty springs, N/m.
+inline FixSettings springs(Selection select, double penalty) {
+  FixSettings springs = fix(std::move(select));
+  springs.is_penalty = true;
+  springs.penalty = penalty;
+  return springs;
+}
+
+/// A distance of two vertices, m; without a length the present one.
+inline ConstraintSettings rod(std::int64_t from, std::int64_t to,
+                              std::optional<double> length = std::nullopt) {
+  ConstraintSettings rod;
+  rod.vertices = {from, to};
+  rod.length = length;
+  return rod;
+}
+
+inline ConstraintSettings constraint_of(ConstraintKind kind, Selection select) {
+  ConstraintSettings constraint;
+  constraint.kind = kind;
+  constraint.select = std::move(select);
+  return constraint;
+}
+
+inline ConstraintSettings on_plane(Selection select, const Vector3& normal) {
+  ConstraintSettings plane = constraint_of(ConstraintKind::kPlane, std::move(select));
+  plane.direction = normal;
+  return plane;
+}
+
+inline ConstraintSettings on_line(Selection select, const Vector3& direction) {
+  ConstraintSettings line = constraint_of(ConstraintKind::kLine, std::move(select));
+  line.direction = direction;
+  return line;
+}
+
+/// A rigid handle, free to move.
+inline ConstraintSettings rigid(Selection select) {
+  return constraint_of(ConstraintKind::kRigid, std::move(select));
+}
+
+/// A rigid handle with given velocities, m/s and rad/s.
+inline ConstraintSettings driven(Selection select, const std::optional<Vector3>& velocity,
+                                 const std::optional<Vector3>& angular_velocity = std::nullopt) {
+  ConstraintSettings handle = rigid(std::move(select));
+  handle.velocity = velocity;
+  handle.angular_velocity = angular_velocity;
+  return handle;
+}
+
+/// A factor that is linear between these corners.
+inline AmplitudeSettings corners(const std::string& name,
+                                 std::vector<std::pair<double, double>> points) {
+  AmplitudeSettings amplitude;
+  amplitude.name = name;
+  amplitude.points = std::move(points);
+  return amplitude;
+}
+
+inline AmplitudeSettings sine(const std::string& name, double frequency, double offset = 0.0) {
+  AmplitudeSettings amplitude;
+  amplitude.name = name;
+  amplitude.kind = AmplitudeKind::kSine;
+  amplitude.frequency = frequency;
+  amplitude.offset = offset;
+  return amplitude;
+}
+
+inline ProbeSettings probe_of(const std::string& name, ProbeQuantity quantity,
+                              Selection select = SelectAll{}, int every = 1) {
+  return {name, std::move(select), {}, quantity, every, {}};
+}
+
+inline ProbeSettings probe_at(const std::string& name, ProbeQuantity quantity, const Vector3& point,
+                              int every = 1) {
+  return {name, SelectAll{}, point, quantity, every, {}};
+}
+
 /// A load with this vector, of the kind of the list that it is added to.
-inline ForceSettings load(Selection select, const Vector3& vector) {
+inline ForceSettings load(Selection select, const Vector3& vector,
+                          LoadKind kind = LoadKind::kForce) {
   ForceSettings load;
+  load.kind = kind;
   load.select = std::move(select);
   load.vector = vector;
   return load;
 }
 
-inline FixSettings fix(Selection select, std::array<bool, 3> components = {true, true, true}) {
-  FixSettings result;
-  result.select = std::move(select);
-  result.components = components;
-  return result;
+/// A force, N, that the selected vertices share.
+inline ForceSettings total_load(Selection select, const Vector3& total) {
+  ForceSettings load;
+  load.select = std::move(select);
+  load.total = total;
+  return load;
+}
+
+inline ForceSettings traction(Selection select, const Vector3& vector) {
+  return load(std::move(select), vector, LoadKind::kTraction);
+}
+
+inline ForceSettings moment(Selection select, const Vector3& vector) {
+  return load(std::move(select), vector, LoadKind::kMoment);
+}
+
+inline ForceSettings body_force(const Vector3& vector, Selection select = SelectAll{}) {
+  return load(std::move(select), vector, LoadKind::kBodyForce);
+}
+
+/// A body force as an acceleration, m/s².
+inline ForceSettings body_acceleration(const Vector3& acceleration,
+                                       Selection select = SelectAll{}) {
+  ForceSettings load = body_force(Vector3::Zero(), std::move(select));
+  load.acceleration = acceleration;
+  return load;
 }
 
 inline ForceSettings pressure(Selection select, double value) {

@@ -2,10 +2,12 @@
 #pragma once
 
 #include <Eigen/Cholesky>
+#include <algorithm>
 #include <cmath>
 #include <vector>
 
 #include "support/bodies.h"
+#include "support/messages.h"
 #include "tetraction/dynamics/problems/step_problem.h"
 
 namespace tetraction::testing_support {
@@ -84,6 +86,21 @@ inline Matrix dense_hessian(const StepProblem& problem, const Vector& x) {
   problem.term_hessian(x, HessianForm::kExact, terms);
   EXPECT_TRUE(problem.hessian(x, terms, pattern, values.data()).ok());
   return dense_matrix(pattern, values);
+}
+
+/// Expects that once a residual has fallen below 1e-2 of the force scale, the next one is its square, up to a
+/// constant, until round-off.
+inline void expect_quadratic_convergence(const std::vector<double>& residuals, double scale) {
+  const double floor = 1e-11 * scale;
+  int squared = 0;
+  for (std::size_t i = 0; i + 1 < residuals.size(); ++i) {
+    const double relative = residuals[i] / scale;
+    if (relative > 1e-2 || residuals[i] < floor) continue;
+    EXPECT_LT(residuals[i + 1], std::max(20.0 * relative * relative * scale, floor));
+    ++squared;
+  }
+  EXPECT_GE(squared, 1);
+  EXPECT_LT(residuals.back(), floor);
 }
 
 /// The minimiser by Newton's method with a dense factor of the assembled Hessian and step halving.

@@ -66,19 +66,7 @@ TEST_F(ImplicitStep, IterationsAreNewtonIterations) {
     minimizer->minimize(problem_, x);
     residuals.push_back(residual(x));
   }
-  // Quadratic: once |g| has fallen below 1e-2 of the force scale, each iteration squares it, up to
-  // a constant, until round-off.
-  const double scale = problem_.residual_limit(state_.position, 0.5) / 0.5;
-  const double floor = 1e-11 * scale;
-  int squared = 0;
-  for (std::size_t i = 0; i + 1 < residuals.size(); ++i) {
-    const double relative = residuals[i] / scale;
-    if (relative > 1e-2 || residuals[i] < floor) continue;
-    EXPECT_LT(residuals[i + 1], std::max(20.0 * relative * relative * scale, floor));
-    ++squared;
-  }
-  EXPECT_GE(squared, 1);
-  EXPECT_LT(residuals.back(), floor);
+  expect_quadratic_convergence(residuals, problem_.residual_limit(state_.position, 0.5) / 0.5);
 }
 
 TEST_F(ImplicitStep, RecoversFromAnInvertedFirstGuess) {

@@ -1,7 +1,5 @@
 #include "solver/linear/coarse_matrix.h"
 
-#include <gtest/gtest.h>
-
 #include <Eigen/Cholesky>
 #include <barrier>
 #include <functional>

@@ -3,7 +3,6 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 
-#include "support/bodies.h"
 #include "support/step_problems.h"
 #include "tetraction/core/parallel.h"
 #include "tetraction/dynamics/problems/derivative_check.h"

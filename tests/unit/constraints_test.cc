@@ -5,7 +5,6 @@
 
 #include "support/bodies.h"
 #include "support/messages.h"
-#include "tetraction/core/error.h"
 #include "tetraction/dynamics/constraints/multipliers.h"
 
 namespace tetraction {

@@ -1,5 +1,4 @@
 // The element templates with a law of which no derivative vanishes: every term of the stiffness.
-#include <gtest/gtest.h>
 
 #include "core/simd_targets.h"
 #include "fem/element_blocks.h"

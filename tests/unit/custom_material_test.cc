@@ -6,15 +6,11 @@
 #include <utility>
 #include <vector>
 
-#include "support/bodies.h"
 #include "support/fibre_rubber.h"
-#include "support/messages.h"
-#include "tetraction/core/error.h"
+#include "support/runs.h"
 #include "tetraction/dynamics/balance.h"
 #include "tetraction/dynamics/problems/derivative_check.h"
 #include "tetraction/dynamics/steppers/stability.h"
-#include "tetraction/simulation/scene_objects.h"
-#include "tetraction/simulation/session.h"
 
 namespace tetraction {
 namespace {
@@ -247,9 +243,7 @@ TEST(PlacedMaterial, MovesAsRegionsDo) {
     }
     scene.solver.tolerance = 1e-12;
     Scene regions = scene;
-    MaterialRegionSettings region;
-    region.select = half;
-    region.material = scene.material;
+    MaterialRegionSettings region{half, scene.material, {}};
     region.material.youngs_modulus = 4e5;
     regions.material_region.push_back(region);
     scene.material.custom = CustomMaterial(law, "by element", soft);

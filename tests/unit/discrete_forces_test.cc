@@ -6,6 +6,7 @@
 
 #include "support/bodies.h"
 #include "support/force_terms.h"
+#include "support/scene_parts.h"
 #include "tetraction/dynamics/terms/environment.h"
 #include "tetraction/dynamics/terms/surface_pressure.h"
 
@@ -34,12 +35,7 @@ class Bowl : public ForceField {
 };
 
 std::shared_ptr<const Amplitude> wave() {
-  AmplitudeSettings settings;
-  settings.name = "wave";
-  settings.kind = AmplitudeKind::kSine;
-  settings.frequency = 0.8;
-  settings.offset = 0.3;
-  return std::make_shared<const Amplitude>(make_amplitude(settings));
+  return std::make_shared<const Amplitude>(make_amplitude(sine("wave", 0.8, 0.3)));
 }
 
 struct TermCase {

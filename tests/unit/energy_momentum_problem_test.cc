@@ -1,14 +1,11 @@
 #include "dynamics/problems/energy_momentum_problem.h"
 
-#include <gtest/gtest.h>
-
 #include <Eigen/Geometry>
 #include <Eigen/Sparse>
 #include <Eigen/UmfPackSupport>
 #include <vector>
 
 #include "support/bodies.h"
-#include "tetraction/mesh/generate.h"
 #include "tetraction/solver/newton_minimizer.h"
 #include "tetraction/solver/newton_root_finder.h"
 

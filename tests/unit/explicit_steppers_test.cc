@@ -1,5 +1,4 @@
 // The books of the explicit rules, and what steppers do with the states that they are given.
-#include <gtest/gtest.h>
 
 #include <cmath>
 
@@ -147,8 +146,7 @@ TEST(DissipatedEnergy, OfVerletIsWhatTheImpulsesOfDampingTake) {
 TEST(DissipatedEnergy, OfPureDragIsTheKineticEnergyThatIsMissing) {
   for (const Integrator rule : {Integrator::kVerlet, Integrator::kExplicit}) {
     Scene scene;
-    scene.material.youngs_modulus = 1e3;
-    scene.material.poissons_ratio = 0.3;
+    scene.material = elastic(1e3, 0.3);
     scene.initial.velocity = {1e-3, 0.0, 0.0};
     scene.damping.drag = 5e4;
     scene.time = {rule, 1e-4, false, 1.0};
@@ -171,8 +169,7 @@ TEST(DissipatedEnergy, OfPureDragIsTheKineticEnergyThatIsMissing) {
 TEST(DissipatedEnergy, RefusesNoStepBelowTheLimit) {
   for (const double damping : {0.0, 3.0, 10.0, 30.0, 100.0, 1000.0}) {
     Scene scene;
-    scene.material.youngs_modulus = 1e5;
-    scene.material.poissons_ratio = 0.3;
+    scene.material = elastic(1e5, 0.3);
     scene.initial.stretch = {1.001, 0.9995, 1.002};
     scene.damping.mass_damping = damping;
     scene.time = {Integrator::kVerlet, 1e-4, false, 1.0};

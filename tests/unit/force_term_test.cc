@@ -1,7 +1,6 @@
 #include "tetraction/dynamics/terms/force_term.h"
 #include "tetraction/dynamics/body_sums.h"
 
-#include "support/bodies.h"
 #include "support/force_terms.h"
 #include "support/step_problems.h"
 #include "tetraction/core/error.h"

@@ -1,6 +1,5 @@
 // All isotropic laws: kernels against the element by element sums, tangent operators
 // against the assembled stiffness, and closed forms.
-#include <gtest/gtest.h>
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>

@@ -12,23 +12,19 @@
 #include "simulation/facts/support_facts.h"
 #include "simulation/scene/initial_state.h"
 #include "support/cubes.h"
+#include "support/scene_parts.h"
 #include "tetraction/dynamics/consistent_mass.h"
 #include "tetraction/mesh/generate.h"
-#include "tetraction/simulation/scene_objects.h"
 
 namespace tetraction {
 namespace {
 
+using namespace testing_support;
+
 // A beam of 2 × 1 × 1 m with cells of half a metre, held at x = 0.
 Scene beam() {
-  Scene scene;
-  scene.mesh.generate = GeneratorSettings{GeneratorKind::kBeam, {2, 1, 1}, {4, 2, 2}};
-  scene.material.youngs_modulus = 1e6;
-  scene.material.poissons_ratio = 0.3;
-  scene.material.density = 500.0;
-  FixSettings fix;
-  fix.select = SelectPlane{0, 0.0, {}};
-  scene.fix.push_back(fix);
+  Scene scene = scene_of({GeneratorKind::kBeam, {2, 1, 1}, {4, 2, 2}}, elastic(1e6, 0.3, 500.0));
+  scene.fix.push_back(fix(SelectPlane{0, 0.0, {}}));
   return scene;
 }
 
@@ -143,10 +139,7 @@ TEST(LoadFacts, EveryKindOfLoad) {
 
 TEST(LoadFacts, AmplitudesAndTheEnvironment) {
   Scene scene = beam();
-  AmplitudeSettings ramp;
-  ramp.name = "ramp";
-  ramp.points = {{0.0, 0.0}, {1.0, 1.0}};
-  scene.amplitude.push_back(ramp);
+  scene.amplitude.push_back(corners("ramp", {{0.0, 0.0}, {1.0, 1.0}}));
   ForceSettings traction = load_of(LoadKind::kTraction, SelectPlane{0, 0.0, {}});
   traction.vector = {0, -3, 0};
   traction.amplitude = "ramp";
@@ -199,10 +192,7 @@ TEST(LoadFacts, RimsOnPlanesOfSymmetryAndCavities) {
   }
   Scene scene = beam();
   scene.fix.clear();
-  ConstraintSettings plane;
-  plane.kind = ConstraintKind::kPlane;
-  plane.select = SelectPlane{2, 0.0, {}};
-  plane.direction = {0, 0, 2};
+  ConstraintSettings plane = on_plane(SelectPlane{2, 0.0, {}}, {0, 0, 2});
   scene.constraint.push_back(plane);
   ForceSettings pressure = load_of(LoadKind::kPressure, SelectBox{{1, 1, 1}, {2, 2, 2}});
   scene.pressure.push_back(pressure);
@@ -235,19 +225,9 @@ TEST(SupportFacts, EveryKindOfSupport) {
   scene.fix[0].components = {true, false, true};
   scene.fix[0].offset = Vector3(0.01, 0.5, 0.0);
   scene.fix[0].velocity = {0, 0, 2};
-  FixSettings springs;
-  springs.select = SelectNearest{{2, 1, 1}};
-  springs.is_penalty = true;
-  springs.penalty = 30.0;
-  scene.fix.push_back(springs);
-  ConstraintSettings distance;
-  distance.kind = ConstraintKind::kDistance;
-  distance.vertices = {10, 14};
-  scene.constraint.push_back(distance);
-  ConstraintSettings handle;
-  handle.kind = ConstraintKind::kRigid;
-  handle.select = SelectPlane{0, 2.0, {}};
-  handle.angular_velocity = Vector3(1, 0, 0);
+  scene.fix.push_back(springs(SelectNearest{{2, 1, 1}}, 30.0));
+  scene.constraint.push_back(rod(10, 14));
+  ConstraintSettings handle = driven(SelectPlane{0, 2.0, {}}, {}, Vector3(1, 0, 0));
   const LoadedBeam driven([&] {
     Scene with = scene;
     with.fix.pop_back();

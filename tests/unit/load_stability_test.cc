@@ -1,8 +1,6 @@
 // Motions that loads feed against all eigenvalues of dense matrices.
 #include "solver/modes/load_stability.h"
 
-#include <gtest/gtest.h>
-
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
@@ -12,10 +10,9 @@
 #include <vector>
 
 #include "support/bodies.h"
-#include "tetraction/dynamics/consistent_mass.h"
+#include "support/dense_matrices.h"
 #include "tetraction/material/neo_hookean.h"
 #include "tetraction/mesh/edge_vertices.h"
-#include "tetraction/mesh/generate.h"
 
 namespace tetraction {
 namespace {
@@ -55,37 +52,11 @@ struct Beam {
     return examine_loads(system, rest(), options, growth).is_bounded;
   }
 
-  // M, C and K with dense matrices, in coordinates that the constraints allow.
-  struct Matrices {
-    Matrix mass, damping, stiffness;
-  };
-  Matrices matrices() const {
-    const FreeCoordinates& coordinates = system.coordinates();
-    const Index n = coordinates.count();
+  // In coordinates that the constraints allow.
+  DenseMatrices matrices() const {
     const Vector q = rest();
-    const ForcePoint at = system.force_point(q, 0.0);
-    HessianBlocks terms;
-    terms.reset(system.vertex_count());
-    LoadStiffness loads;
-    for (const ForceTerm* term : system.force_terms()) {
-      if (term->has_potential()) term->add_hessian(at, HessianForm::kExact, terms);
-      if (term->has_load()) term->add_load_stiffness(at, loads);
-    }
-    Matrices all{Matrix(n, n), Matrix(n, n), Matrix(n, n)};
-    for (Index j = 0; j < n; ++j) {
-      const Vector u = coordinates.extend(Vector::Unit(n, j));
-      Vector product;
-      system.elastic().product(q, u, product);
-      terms.add_product(u, product);
-      loads.add_product(u, product);
-      all.stiffness.col(j) = coordinates.restrict(product);
-      const Vector momentum =
-          system.rest().is_quadratic() ? consistent_momentum(system, u) : system.momentum_of(u);
-      all.mass.col(j) = coordinates.restrict(momentum);
-      Vector viscous = Vector::Zero(u.size());
-      system.add_viscous_force(q, u, viscous);
-      all.damping.col(j) = coordinates.restrict(system.damping().mass_damping * momentum - viscous);
-    }
+    DenseMatrices all = dense_matrices(system, q);
+    const Index n = all.mass.rows();
     const Constraints& constraints = system.constraints();
     if (constraints.has_equations()) {
       const Matrix b = constraints.selector();
@@ -112,22 +83,9 @@ struct Beam {
   }
   // All λ of λ²M + λC + K with Im λ > 0, and those that diverge, in the order of |λ|.
   std::vector<std::complex<double>> rates() const {
-    const Matrices all = matrices();
-    const Index n = all.mass.rows();
-    const Eigen::PartialPivLU<Matrix> lu(all.mass);
-    Matrix companion = Matrix::Zero(2 * n, 2 * n);
-    companion.topRightCorner(n, n).setIdentity();
-    companion.bottomLeftCorner(n, n) = -lu.solve(all.stiffness);
-    companion.bottomRightCorner(n, n) = -lu.solve(all.damping);
-    const Eigen::VectorXcd values = Eigen::EigenSolver<Matrix>(companion, false).eigenvalues();
-    std::vector<std::complex<double>> rates;
-    for (const std::complex<double>& value : values) {
-      const bool diverges = value.imag() == 0.0 && value.real() > 0.0;
-      if (value.imag() > 0.0 || diverges) rates.push_back(value);
-    }
-    std::sort(rates.begin(), rates.end(),
-              [](const auto& a, const auto& b) { return std::abs(a) < std::abs(b); });
-    return rates;
+    return rates_of(matrices(), [](const std::complex<double>& value) {
+      return value.imag() > 0.0 || (value.imag() == 0.0 && value.real() > 0.0);
+    });
   }
 };
 

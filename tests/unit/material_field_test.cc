@@ -1,12 +1,10 @@
 // Materials whose parameters vary from element to element.
-#include <gtest/gtest.h>
 
 #include <cmath>
 
 #include "fem/tangent_operator.h"
 #include "support/bodies.h"
 #include "tetraction/core/error.h"
-#include "tetraction/dynamics/mechanical_system.h"
 #include "tetraction/dynamics/problems/derivative_check.h"
 
 namespace tetraction {

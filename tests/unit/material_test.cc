@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "support/fibre_rubber.h"
+#include "support/messages.h"
 #include "tetraction/core/error.h"
 #include "tetraction/fem/elastic_potential.h"
 #include "tetraction/mesh/generate.h"
@@ -173,14 +174,8 @@ TYPED_TEST(MaterialBattery, RefusesBadParameters) {
     EXPECT_THROW(Sample<TypeParam>::make_bad(1.5, lambda), InputError) << lambda;
   }
   EXPECT_NO_THROW(Sample<TypeParam>::make_bad(1.5, -0.99));  // between -2/3 mu and 0
-  try {
-    Sample<TypeParam>::make_bad(-1.5, 1.0);
-    ADD_FAILURE() << "mu < 0 passed";
-  } catch (const InputError& error) {
-    const std::string message = error.what();
-    EXPECT_NE(message.find(Sample<TypeParam>::kName), std::string::npos) << message;
-    EXPECT_NE(message.find("-1.5"), std::string::npos) << message;
-  }
+  testing_support::expect_error([&] { Sample<TypeParam>::make_bad(-1.5, 1.0); },
+                                {Sample<TypeParam>::kName, "-1.5"});
 }
 
 TYPED_TEST(MaterialBattery, RestStateIsFreeOfEnergyAndStress) {
@@ -439,12 +434,7 @@ TEST(Conversion, RefusesWhatNoMaterialHas) {
   for (const double ratio : {-0.1, kNan, kInfinity}) {
     EXPECT_THROW(mooney_rivlin_from_young(1.0, 0.3, ratio), InputError) << ratio;
   }
-  try {
-    lame_from_young(1.0, 0.5);
-    ADD_FAILURE() << "nu = 0.5 passed";
-  } catch (const InputError& error) {
-    EXPECT_NE(std::string(error.what()).find("Take 0.49"), std::string::npos) << error.what();
-  }
+  testing_support::expect_error([&] { lame_from_young(1.0, 0.5); }, {"Take 0.49"});
 }
 
 TEST(Conversion, OfMooneyRivlinKeepsTheSmallStrainResponse) {

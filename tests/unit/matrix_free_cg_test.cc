@@ -2,7 +2,6 @@
 
 #include <Eigen/Cholesky>
 
-#include "support/bodies.h"
 #include "support/step_problems.h"
 #include "tetraction/core/parallel.h"
 

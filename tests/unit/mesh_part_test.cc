@@ -1,7 +1,5 @@
 #include "tetraction/mesh/mesh_part.h"
 
-#include <gtest/gtest.h>
-
 #include <cmath>
 #include <limits>
 #include <memory>

@@ -4,7 +4,6 @@
 #include <memory>
 
 #include "core/pseudo_random.h"
-#include "support/bodies.h"
 #include "support/step_problems.h"
 #include "tetraction/solver/ceres_minimizer.h"
 #include "tetraction/solver/newton_minimizer.h"

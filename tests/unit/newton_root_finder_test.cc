@@ -1,12 +1,9 @@
 #include "tetraction/solver/newton_root_finder.h"
 
-#include <gtest/gtest.h>
-
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 
 #include "core/gmres.h"
-#include "support/bodies.h"
 #include "support/step_problems.h"
 #include "tetraction/core/error.h"
 #include "tetraction/solver/newton_minimizer.h"

@@ -1,8 +1,6 @@
 // Normal modes against all eigenvalues of dense matrices.
 #include "tetraction/solver/normal_modes.h"
 
-#include <gtest/gtest.h>
-
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <Eigen/QR>
@@ -17,7 +15,6 @@
 #include "support/bodies.h"
 #include "support/scene_parts.h"
 #include "tetraction/core/error.h"
-#include "tetraction/mesh/generate.h"
 #include "tetraction/simulation/equilibrium.h"
 
 namespace tetraction {

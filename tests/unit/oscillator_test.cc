@@ -1,8 +1,6 @@
 // The closed forms of an oscillator against steps of a body on springs.
 #include "tetraction/dynamics/steppers/oscillator.h"
 
-#include <gtest/gtest.h>
-
 #include <cmath>
 #include <numbers>
 

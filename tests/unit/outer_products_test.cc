@@ -3,7 +3,6 @@
 
 #include "support/bodies.h"
 #include "tetraction/core/parallel.h"
-#include "tetraction/dynamics/mechanical_system.h"
 #include "tetraction/dynamics/nodal_volume/nodal_volume.h"
 
 namespace tetraction {

@@ -9,36 +9,15 @@
 
 #include "mesh/quadratic_shapes.h"
 #include "support/allocations.h"
-#include "support/bodies.h"
-#include "support/messages.h"
-#include "support/scene_parts.h"
-#include "tetraction/core/error.h"
+#include "support/runs.h"
 #include "tetraction/dynamics/derived_fields.h"
 #include "tetraction/dynamics/nodal_fields.h"
 #include "tetraction/mesh/edge_vertices.h"
-#include "tetraction/simulation/scene_objects.h"
-#include "tetraction/simulation/session.h"
 
 namespace tetraction {
 namespace {
 
 using namespace testing_support;
-
-ProbeSettings probe(const std::string& name, ProbeQuantity quantity, const Selection& select) {
-  ProbeSettings settings;
-  settings.name = name;
-  settings.quantity = quantity;
-  settings.select = select;
-  return settings;
-}
-
-ProbeSettings probe_at(const std::string& name, ProbeQuantity quantity, const Vector3& point) {
-  ProbeSettings settings;
-  settings.name = name;
-  settings.quantity = quantity;
-  settings.point = point;
-  return settings;
-}
 
 // A block that is clamped at one end and pushed at the other.
 Scene pushed_block(Integrator integrator = Integrator::kVerlet) {
@@ -58,7 +37,7 @@ TEST(Probe, ValuesOfSelectionsAreMeansAndSums) {
     const bool of_tetrahedra = quantity == ProbeQuantity::kCauchyStress ||
                                quantity == ProbeQuantity::kVonMises ||
                                quantity == ProbeQuantity::kJacobian;
-    scene.probe.push_back(probe(to_string(quantity), quantity, of_tetrahedra ? half : end));
+    scene.probe.push_back(probe_of(to_string(quantity), quantity, of_tetrahedra ? half : end));
   }
   scene.probe[5].select = SelectPlane{0, 0.0, {}};
   Session session(scene, generate_mesh(*scene.mesh.generate));
@@ -185,20 +164,22 @@ TEST(Probe, WrongSettingsAreRefused) {
   expect({probe_at("a", ProbeQuantity::kPosition, {3.0, 0.5, 0.5})}, "1 m from the nearest");
   expect({probe_at("a", ProbeQuantity::kPosition, {2.3, 1.4, 0.5})}, "0.5 m from the nearest");
   expect({probe_at("a", ProbeQuantity::kPosition, {-2.0, -1.0, -2.0})}, "3 m from the nearest");
-  expect({probe("a", ProbeQuantity::kPosition, SelectPlane{0, 0.3, {}})}, "selects no vertex");
-  expect({probe("a", ProbeQuantity::kVonMises, SelectPlane{0, 0.0, {}})}, "selects no tetrahedron");
-  expect({probe("a", ProbeQuantity::kForce, all), probe("a", ProbeQuantity::kPosition, all)},
+  expect({probe_of("a", ProbeQuantity::kPosition, SelectPlane{0, 0.3, {}})}, "selects no vertex");
+  expect({probe_of("a", ProbeQuantity::kVonMises, SelectPlane{0, 0.0, {}})},
+         "selects no tetrahedron");
+  expect({probe_of("a", ProbeQuantity::kForce, all), probe_of("a", ProbeQuantity::kPosition, all)},
          "the column \"a_x\"");
-  expect({probe("a", ProbeQuantity::kForce, all), probe("a_y", ProbeQuantity::kVonMises, all)},
-         "the column \"a_y\"");
-  expect({probe("time", ProbeQuantity::kVonMises, all)}, "the column \"time\"");
-  expect({probe("a b", ProbeQuantity::kForce, all)}, "letters, digits and underscores");
-  expect({probe("", ProbeQuantity::kForce, all)}, "letters, digits and underscores");
+  expect(
+      {probe_of("a", ProbeQuantity::kForce, all), probe_of("a_y", ProbeQuantity::kVonMises, all)},
+      "the column \"a_y\"");
+  expect({probe_of("time", ProbeQuantity::kVonMises, all)}, "the column \"time\"");
+  expect({probe_of("a b", ProbeQuantity::kForce, all)}, "letters, digits and underscores");
+  expect({probe_of("", ProbeQuantity::kForce, all)}, "letters, digits and underscores");
   expect({probe_at("a", ProbeQuantity::kReaction, {1, 0.5, 0.5})}, "sum over vertices");
-  EXPECT_EQ(
-      refusal({probe("a", ProbeQuantity::kForce, all), probe("a_1", ProbeQuantity::kPosition, all),
-               probe_at("b", ProbeQuantity::kPosition, {2.0, 0.5, 0.5})}),
-      "accepted");
+  EXPECT_EQ(refusal({probe_of("a", ProbeQuantity::kForce, all),
+                     probe_of("a_1", ProbeQuantity::kPosition, all),
+                     probe_at("b", ProbeQuantity::kPosition, {2.0, 0.5, 0.5})}),
+            "accepted");
 }
 
 // In a quarter of a ring with curved elements a point is where the shape functions of ten nodes say.
@@ -278,7 +259,7 @@ TEST(Probe, StressesAtPointsOfQuadraticElements) {
                  probe_at("t", ProbeQuantity::kCauchyStress, node),
                  probe_at("n", ProbeQuantity::kVonMises, node),
                  probe_at("k", ProbeQuantity::kJacobian, node),
-                 probe("all", ProbeQuantity::kJacobian, all)};
+                 probe_of("all", ProbeQuantity::kJacobian, all)};
   Session session(scene, mesh);
   std::vector<double> values(session.probes().value_count());
   session.probes().evaluate(session, values.data());
@@ -309,8 +290,8 @@ TEST(Probe, EvaluationAndTracesDoNotAllocate) {
   if (!can_count_allocations()) GTEST_SKIP() << "the address sanitizer has malloc";
   Scene scene = pushed_block();
   for (const ProbeQuantity quantity : values_of<ProbeQuantity>()) {
-    scene.probe.push_back(probe(to_string(quantity), quantity, SelectAll{}));
-    scene.probe.push_back(probe(to_string(quantity) + "2", quantity, SelectAll{}));
+    scene.probe.push_back(probe_of(to_string(quantity), quantity, SelectAll{}));
+    scene.probe.push_back(probe_of(to_string(quantity) + "2", quantity, SelectAll{}));
     scene.probe.back().every = 7;
     if (!is_sum(quantity)) {
       scene.probe.push_back(probe_at(to_string(quantity) + "3", quantity, {0.4, 0.5, 0.6}));
@@ -339,7 +320,7 @@ TEST(Probe, EvaluationAndTracesDoNotAllocate) {
 class Traces : public testing::Test {
  protected:
   const MechanicalSystem system_{generate_tetrahedron(), NeoHookean(2.0, 3.0), 1000.0};
-  const ProbeSet probes_{{probe("j", ProbeQuantity::kJacobian, SelectAll{})}, system_};
+  const ProbeSet probes_{{probe_of("j", ProbeQuantity::kJacobian, SelectAll{})}, system_};
 };
 
 TEST_F(Traces, HaveExtremesWithTimes) {
@@ -445,7 +426,7 @@ TEST(DominantFrequency, OfAnOscillatorIsThatOfTheIntegrator) {
   springs.is_penalty = true;
   springs.penalty = 3e4;
   scene.fix = {springs};
-  scene.probe = {probe("u", ProbeQuantity::kDisplacement, SelectAll{})};
+  scene.probe = {probe_of("u", ProbeQuantity::kDisplacement, SelectAll{})};
   const double mass = 1000.0 / 6.0 / 4.0;
   const double omega = std::sqrt(2.0 * 3e4 / mass);
   const double h = 0.2 / omega;

@@ -1,11 +1,10 @@
 // Rayleigh damping: two ratios become mass damping and viscosity.
 #include "tetraction/dynamics/terms/rayleigh_damping.h"
 
-#include <gtest/gtest.h>
-
 #include <cmath>
 
 #include "support/bodies.h"
+#include "support/messages.h"
 #include "tetraction/core/error.h"
 
 namespace tetraction {
@@ -64,12 +63,7 @@ TEST(RayleighDamping, RelaxationTimesAreThoseOfTheForces) {
 TEST(RayleighDamping, RefusesWhatItCannotHave) {
   const LameParameters lame = lame_from_young(2e6, 0.3);
   const auto message = [&](const DampingRatio& ratio) {
-    try {
-      rayleigh_damping(ratio, lame);
-    } catch (const InputError& error) {
-      return std::string(error.what());
-    }
-    return std::string();
+    return message_of([&] { rayleigh_damping(ratio, lame); }, "");
   };
   EXPECT_NE(message({{10.0, 80.0}, {0.01, 0.09}}).find("negative mass_damping"), std::string::npos);
   EXPECT_NE(message({{10.0, 80.0}, {0.09, 0.01}}).find("negative viscosity"), std::string::npos);

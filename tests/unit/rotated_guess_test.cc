@@ -1,6 +1,5 @@
 #include "dynamics/steppers/rotated_guess.h"
 
-#include <gtest/gtest.h>
 #include <Eigen/Geometry>
 
 #include <Eigen/Geometry>

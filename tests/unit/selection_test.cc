@@ -7,7 +7,6 @@
 
 #include "support/bodies.h"
 #include "support/messages.h"
-#include "tetraction/core/error.h"
 
 namespace tetraction {
 namespace {

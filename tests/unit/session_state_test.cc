@@ -1,5 +1,4 @@
 // The state of a session: it stays where it is in memory, and a step that fails leaves it alone.
-#include <gtest/gtest.h>
 
 #include <atomic>
 #include <functional>
@@ -9,7 +8,6 @@
 
 #include "support/corner_scenes.h"
 #include "support/same_run.h"
-#include "tetraction/core/error.h"
 #include "tetraction/core/interruption.h"
 
 namespace tetraction {
@@ -79,24 +77,15 @@ TEST_P(SessionState, KeepsItsAddressesAndLookingChangesNothing) {
   };
   for (const int count : {1, 2, 3}) steps(count);
 
-  FixSettings fix;
-  fix.select = SelectPlane{0, 2.0, {}};
+  FixSettings fix = moving(SelectPlane{0, 2.0, {}}, {0.0, 0.1, 0.0});
   fix.offset = Vector3(0.01, 0.0, 0.0);
-  fix.velocity = {0.0, 0.1, 0.0};
   edit(SetFix{{}, fix});
-  ConstraintSettings distance;
-  distance.vertices = {16, 28};
-  distance.length = 1.1;
+  ConstraintSettings distance = rod(16, 28, 1.1);
   edit(SetConstraint{{}, distance});
   edit(RemoveConstraint{0});
-  ShiftSettings shift;
-  shift.vertices = {16, 17};
-  shift.displacement = {{0.001, 0, 0}, {0, 0.001, 0}};
+  ShiftSettings shift{{16, 17}, {{0.001, 0, 0}, {0, 0.001, 0}}, {}, {}};
   edit(ShiftState{shift});
-  MomentumSettings momentum;
-  momentum.select = SelectVertices{{16}};
-  momentum.value = {0.0, 1.0, 0.0};
-  edit(SetMomentum{momentum});
+  edit(SetMomentum{{SelectVertices{{16}}, {0.0, 1.0, 0.0}, {}}});
   MaterialSettings softer = scene.material;
   softer.youngs_modulus = 5e5;
   edit(SetMaterial{0, softer});
@@ -149,10 +138,7 @@ TEST_P(SessionState, StaysWhereItIsWhenStepsFailAndAfterwards) {
 TEST(SessionStateWithAuto, IsNotLostWhenAStepIsMadeAgain) {
   Scene scene = clamped_beam({1, 1, 1}, {4, 4, 4});
   scene.time = {Integrator::kVerlet, 0.0, true, 0.004};
-  FixSettings ram;
-  ram.select = SelectPlane{0, 1.0, {}};
-  ram.velocity = {-80.0, 0.0, 0.0};
-  scene.fix.push_back(ram);
+  scene.fix.push_back(moving(SelectPlane{0, 1.0, {}}, {-80.0, 0.0, 0.0}));
   Session session(scene, mesh_of(scene));
   Session watched(scene, mesh_of(scene));
   const Addresses home(session.state());
@@ -170,10 +156,7 @@ TEST(SessionStateWithAuto, IsNotLostWhenAStepIsMadeAgain) {
 // A step that "auto" repeats because of its energy error is the same as a first one of that size.
 TEST(SessionStateWithAuto, LeadsToWhereASingleStepOfThatSizeLeads) {
   for (const Integrator rule : {Integrator::kVerlet, Integrator::kExplicit}) {
-    Scene scene;
-    scene.mesh.generate = GeneratorSettings{GeneratorKind::kBox, {1, 1, 1}, {2, 2, 2}};
-    scene.material.youngs_modulus = 1e6;
-    scene.material.poissons_ratio = 0.4;
+    Scene scene = scene_of({GeneratorKind::kBox, {1, 1, 1}, {2, 2, 2}}, elastic(1e6, 0.4));
     scene.initial.stretch = {1.3, 1.3, 1.3};
     scene.damping.viscosity = 20.0;
     scene.time = {rule, 0.0, true, 0.2};

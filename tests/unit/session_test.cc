@@ -4,10 +4,7 @@
 #include <cmath>
 #include <memory>
 
-#include "support/bodies.h"
-#include "support/rules.h"
-#include "support/scene_parts.h"
-#include "tetraction/core/error.h"
+#include "support/runs.h"
 #include "tetraction/dynamics/body_sums.h"
 
 namespace tetraction {
@@ -24,21 +21,11 @@ TEST_P(EditedSession, TheBooksCloseWithEveryTermAtOnce) {
   Scene scene = spinning_block(GetParam(), 1e-3, 0.12);
   scene.environment = {EnvironmentKind::kGravity, 0.2, -Vector3::UnitY(), 0.0};
   scene.damping = {20.0, 2.0, 400.0};
-  FixSettings grip;
-  grip.select = SelectBox{{0, 0, 0}, {0, 1, 0}};
-  grip.velocity = {0.1, 0.0, -0.2};
-  FixSettings spring;
-  spring.select = SelectNearest{{2, 1, 1}};
-  spring.is_penalty = true;
-  spring.penalty = 500.0;
+  FixSettings spring = springs(SelectNearest{{2, 1, 1}}, 500.0);
   spring.velocity = {0.0, 0.3, 0.0};
-  scene.fix = {grip, spring};
-  ConstraintSettings rod;
-  rod.vertices = {2, 11};
-  scene.constraint = {rod};
-  ForceSettings push;
-  push.select = SelectPlane{0, 2.0, {}};
-  push.vector = {50.0, -20.0, 10.0};
+  scene.fix = {moving(SelectBox{{0, 0, 0}, {0, 1, 0}}, {0.1, 0.0, -0.2}), spring};
+  scene.constraint = {rod(2, 11)};
+  ForceSettings push = load(SelectPlane{0, 2.0, {}}, {50.0, -20.0, 10.0});
   scene.force = {push};
   const TetMesh mesh = mesh_of(scene);
   Session session(scene, mesh);
@@ -46,16 +33,12 @@ TEST_P(EditedSession, TheBooksCloseWithEveryTermAtOnce) {
   MaterialSettings softer = scene.material;
   softer.youngs_modulus = 5e4;
   softer.model = "stvk";
-  MomentumSettings kick;
-  kick.select = SelectPlane{0, 2.0, {}};
-  kick.value = {0.0, 60.0, 0.0};
   TimeSettings finer = scene.time;
   finer.step = 5e-4;
-  FixSettings more;
-  more.select = SelectNearest{{1, 1, 0}};
+  FixSettings more = fix(SelectNearest{{1, 1, 0}});
   const std::vector<Edit> edits{
       SetMaterial{0, softer},
-      SetMomentum{kick},
+      SetMomentum{{SelectPlane{0, 2.0, {}}, {0.0, 60.0, 0.0}, {}}},
       SetDamping{{0.0, 0.0, 10.0}},
       SetEnvironment{{EnvironmentKind::kAttraction, 20.0, Vector3::UnitY(), 0.5}},
       SetTime{finer},
@@ -231,23 +214,19 @@ TEST(Session, EventsAndEditsAreOneMechanism) {
   // The same changes by events and by hand give bitwise the same trajectory.
   Scene scene = spinning_block(Integrator::kVerlet, 1e-3, 0.1);
   Scene eventful = scene;
-  FixSettings fix;
-  fix.select = SelectVertices{{0}};
+  FixSettings fix = testing_support::fix(SelectVertices{{0}});
   TimeSettings implicit = scene.time;
   implicit.integrator = Integrator::kMidpoint;
   implicit.step = 2e-3;
-  EventSettings first;
-  first.at = 0.02;
-  first.edits = {SetFix{std::nullopt, fix}, SetDamping{{0.0, 1.0, 0.0}}};
-  first.echo = R"({"at":0.02})";
+  const EventSettings first{
+      0.02, {SetFix{std::nullopt, fix}, SetDamping{{0.0, 1.0, 0.0}}}, R"({"at":0.02})", {}};
   EventSettings second;
   second.at = 0.0501;  // between two steps: at the next one
   second.edits = {SetTime{implicit}, Unfix{SelectAll{}, {}}};
   second.echo = R"({"at":0.0501})";
   eventful.event = {first, second};
   const TetMesh mesh = mesh_of(scene);
-  Session by_events(eventful, mesh);
-  ASSERT_EQ(by_events.run(), RunStatus::kFinished) << by_events.message();
+  FinishedRun by_events(eventful, mesh);
 
   Session by_hand(scene, mesh);
   while (true) {
@@ -272,13 +251,8 @@ TEST(Session, ChangingAFixKeepsItsTargetsUnlessTheyAreChanged) {
   Scene scene = spinning_block(Integrator::kVerlet, 1e-3, 0.1);
   scene.initial = {};
   scene.environment.kind = EnvironmentKind::kGravity;
-  FixSettings clamp;
-  clamp.select = SelectPlane{0, 0.0, {}};
-  clamp.offset = Vector3(0.02, 0.0, 0.0);
-  FixSettings spring;
-  spring.select = SelectNearest{{2, 1, 1}};
-  spring.is_penalty = true;
-  spring.penalty = 1e3;
+  FixSettings clamp = shifted(SelectPlane{0, 0.0, {}}, {0.02, 0.0, 0.0});
+  FixSettings spring = springs(SelectNearest{{2, 1, 1}}, 1e3);
   scene.fix = {clamp, spring};
   const TetMesh mesh = mesh_of(scene);
   Session session(scene, mesh);
@@ -314,14 +288,8 @@ TEST(Session, AnEventThatMovesTheEndMakesLaterOnesHappen) {
   Scene scene = spinning_block(Integrator::kVerlet, 1e-3, 0.02);
   TimeSettings longer = scene.time;
   longer.end = 0.04;
-  EventSettings first;
-  first.at = 0.01;
-  first.edits = {SetTime{longer}};
-  first.echo = "{}";
-  EventSettings second;
-  second.at = 0.03;
-  second.edits = {SetDamping{{0.0, 1.0, 0.0}}};
-  second.echo = "{}";
+  const EventSettings first{0.01, {SetTime{longer}}, "{}", {}};
+  const EventSettings second{0.03, {SetDamping{{0.0, 1.0, 0.0}}}, "{}", {}};
   scene.event = {first, second};
   Session session(scene, mesh_of(scene));
   EXPECT_TRUE(session.warnings().empty());
@@ -335,11 +303,7 @@ TEST(Session, EventsRightAfterStepsWereMadeMuchShorterAreNotMadeTooEarly) {
   Scene scene = spinning_block(Integrator::kBackwardEuler, 10.0, 30.0);
   scene.initial = {};
   const auto event = [](double at, const Edit& edit) {
-    EventSettings settings;
-    settings.at = at;
-    settings.edits = {edit};
-    settings.echo = "{}";
-    return settings;
+    return EventSettings{at, {edit}, "{}", {}};
   };
   scene.event = {event(10.0, SetTime{{Integrator::kBackwardEuler, 1e-6, false, 10.000003}}),
                  event(10.000001, SetDamping{{.drag = 1.0}})};
@@ -353,8 +317,7 @@ TEST(Session, EventsRightAfterStepsWereMadeMuchShorterAreNotMadeTooEarly) {
 
 TEST(Session, RefusedEditsLeaveEverythingAsItWas) {
   Scene scene = spinning_block(Integrator::kVerlet, 1e-3, 0.1);
-  FixSettings fix;
-  fix.select = SelectVertices{{0}};
+  FixSettings fix = testing_support::fix(SelectVertices{{0}});
   fix.where = "fix.0";
   scene.fix = {fix};
   Session session(scene, mesh_of(scene));
@@ -371,8 +334,7 @@ TEST(Session, RefusedEditsLeaveEverythingAsItWas) {
   EXPECT_THROW(session.apply(SetFix{std::nullopt, elsewhere}), InputError);
   EXPECT_THROW(session.apply(SetFix{0, elsewhere}), InputError);
   EXPECT_THROW(session.apply(SetFix{7, fix}), InputError);
-  ConstraintSettings zero;
-  zero.vertices = {3, 3};
+  ConstraintSettings zero = rod(3, 3);
   EXPECT_THROW(session.apply(SetConstraint{std::nullopt, zero}), InputError);
   EXPECT_TRUE(session.edits().empty());
   EXPECT_EQ(session.state().position, before.position);
@@ -386,13 +348,9 @@ TEST(Session, RefusedEditsLeaveEverythingAsItWas) {
 
 TEST(Session, AnEventThatCannotBeMadeEndsTheRunWithItsReason) {
   Scene scene = spinning_block(Integrator::kVerlet, 1e-3, 0.1);
-  FixSettings impossible;
-  impossible.select = SelectVertices{{0}};
+  FixSettings impossible = fix(SelectVertices{{0}});
   impossible.target = Vector3(100.0, 0.0, 0.0);
-  EventSettings event;
-  event.at = 0.05;
-  event.edits = {SetFix{std::nullopt, impossible}};
-  event.echo = "{}";
+  EventSettings event{0.05, {SetFix{std::nullopt, impossible}}, "{}", {}};
   scene.event = {event};
   Session session(scene, mesh_of(scene));
   EXPECT_EQ(session.run(), RunStatus::kNotConverged);
@@ -411,10 +369,7 @@ TEST(Session, WarnsOfLoadsThatNeverAct) {
   present.until = 0.004;
   present.where = "force.1";
   scene.force = {past, present};
-  EventSettings event;
-  event.at = 0.005;
-  event.where = "event.0";
-  event.echo = "{}";
+  EventSettings event{0.005, {}, "{}", "event.0"};
   present.where = "event.0.force";
   event.edits = {SetForce{std::nullopt, present}, SetForce{1, present}};
   scene.event = {event};
@@ -432,12 +387,8 @@ TEST(Session, AFreeHandleAtRestHasNoWarningOfRoundOff) {
     Scene scene = spinning_block(Integrator::kMidpoint, 1e-2, 0.2);
     scene.initial = {};
     scene.solver.kind = solver;
-    ConstraintSettings handle;
-    handle.kind = ConstraintKind::kRigid;
-    handle.select = SelectPlane{0, 2.0, {}};
-    scene.constraint = {handle};
-    Session session(scene, mesh_of(scene));
-    ASSERT_EQ(session.run(), RunStatus::kFinished) << session.message();
+    scene.constraint = {rigid(SelectPlane{0, 2.0, {}})};
+    FinishedRun session(scene);
     EXPECT_EQ(session.balance().steps_limited_by_round_off(), 0);
     for (const std::string& warning : session.warnings()) {
       EXPECT_EQ(warning.find("round-off"), std::string::npos) << warning;
@@ -447,11 +398,7 @@ TEST(Session, AFreeHandleAtRestHasNoWarningOfRoundOff) {
 
 TEST(Session, WarnsOfEventsThatAreTooEarlyOrNeverHappen) {
   Scene scene = spinning_block(Integrator::kVerlet, 1e-3, 0.01);
-  EventSettings early;
-  early.at = -1.0;
-  early.edits = {SetDamping{{0.0, 1.0, 0.0}}};
-  early.where = "event.0";
-  early.echo = "{}";
+  const EventSettings early{-1.0, {SetDamping{{0.0, 1.0, 0.0}}}, "{}", "event.0"};
   EventSettings late = early;
   late.at = 0.01;
   late.where = "event.1";
@@ -467,9 +414,7 @@ TEST(Session, WarnsOfEventsThatAreTooEarlyOrNeverHappen) {
 
 TEST(Session, SeveralMaterialsHaveTheirOwnMassAndEnergies) {
   Scene scene = spinning_block(Integrator::kVerlet, 1e-4, 0.01);
-  MaterialRegionSettings half;
-  half.select = SelectBox{{1, 0, 0}, {2, 1, 1}};
-  half.material = scene.material;
+  MaterialRegionSettings half{SelectBox{{1, 0, 0}, {2, 1, 1}}, scene.material, {}};
   half.material.model = "stvk";
   half.material.youngs_modulus = 1e6;
   half.material.density = 3000.0;
@@ -531,9 +476,7 @@ TEST(Session, ExplicitRulesHaveNoSolver) {
 
 TEST(Session, PresentSettingsAreThoseInForce) {
   Scene scene = spinning_block(Integrator::kVerlet, 1e-3, 0.1);
-  ConstraintSettings rod;
-  rod.vertices = {2, 11};
-  scene.constraint = {rod};
+  scene.constraint = {rod(2, 11)};
   Session session(scene, mesh_of(scene));
   EXPECT_EQ(session.materials().size(), 1U);
   EXPECT_EQ(session.materials()[0].youngs_modulus, scene.material.youngs_modulus);
@@ -552,9 +495,7 @@ TEST(Session, PresentSettingsAreThoseInForce) {
   gravity.kind = EnvironmentKind::kGravity;
   session.apply(SetEnvironment{gravity});
   EXPECT_EQ(session.environment().kind, EnvironmentKind::kGravity);
-  ForceSettings force;
-  force.select = SelectVertices{{1}};
-  force.vector = {1, 2, 3};
+  ForceSettings force = load(SelectVertices{{1}}, {1, 2, 3});
   session.apply(SetForce{std::nullopt, force});
   ASSERT_EQ(session.forces().size(), 1U);
   EXPECT_EQ(session.next_external_force().segment<3>(3), force.vector);
@@ -564,9 +505,7 @@ TEST(Session, PresentSettingsAreThoseInForce) {
   EXPECT_FALSE(session.system().constraints().has_equations());
   EXPECT_THROW(session.apply(RemoveConstraint{1}), InputError);
 
-  FixSettings moving;
-  moving.select = SelectVertices{{0, 3}};
-  moving.velocity = {0.5, 0.0, 0.0};
+  FixSettings moving = testing_support::moving(SelectVertices{{0, 3}}, {0.5, 0.0, 0.0});
   session.apply(SetFix{std::nullopt, moving});
   const Matrix start = session.fix(0).targets;
   for (int k = 0; k < 10; ++k) ASSERT_TRUE(session.step());
@@ -578,11 +517,8 @@ TEST(Session, PresentSettingsAreThoseInForce) {
 
 TEST(Session, OneFixReleasesItsVerticesAndHoldsThemAnew) {
   Scene scene = spinning_block(Integrator::kVerlet, 1e-3, 0.1);
-  FixSettings first;
-  first.select = SelectVertices{{0, 3}};
-  FixSettings second;
-  second.select = SelectVertices{{3, 6}};
-  scene.fix = {first, second};
+  FixSettings first = fix(SelectVertices{{0, 3}});
+  scene.fix = {first, fix(SelectVertices{{3, 6}})};
   Session session(scene, mesh_of(scene));
   session.apply(Unfix{SelectAll{}, {}, 0});
   EXPECT_TRUE(session.fix(0).vertices.empty());
@@ -600,8 +536,7 @@ TEST(Session, OneFixReleasesItsVerticesAndHoldsThemAnew) {
 TEST(Session, EachVertexCanHaveItsOwnTarget) {
   Scene scene = spinning_block(Integrator::kVerlet, 1e-3, 0.1);
   Session session(scene, mesh_of(scene));
-  FixSettings fix;
-  fix.select = SelectVertices{{6, 0}};  // not in the order of the mesh
+  FixSettings fix = testing_support::fix(SelectVertices{{6, 0}});  // not in the order of the mesh
   const Vector3 at_6 = session.state().position.segment<3>(18) + Vector3(0.01, 0.0, 0.0);
   const Vector3 at_0 = session.state().position.segment<3>(0) - Vector3(0.0, 0.02, 0.0);
   fix.targets = {at_6, at_0};
@@ -620,11 +555,10 @@ TEST(Session, ShiftsMoveAndKickSingleVertices) {
   Session session(scene, mesh_of(scene));
   for (int k = 0; k < 5; ++k) ASSERT_TRUE(session.step());
   const State before = session.state();
-  ShiftSettings shift;
-  shift.vertices = {6, 4, 0};
-  shift.displacement = {{0.01, 0, 0}, {0, 0.01, 0}, {0.05, 0, 0}};
-  shift.impulse = {{0, 0, 1}, {2, 0, 0}, {7, 7, 7}};
-  session.apply(ShiftState{shift});
+  session.apply(ShiftState{{{6, 4, 0},
+                            {{0.01, 0, 0}, {0, 0.01, 0}, {0.05, 0, 0}},
+                            {{0, 0, 1}, {2, 0, 0}, {7, 7, 7}},
+                            {}}});
   const State& after = session.state();
   Vector moved = after.position - before.position;
   Vector kicked = after.momentum - before.momentum;
@@ -659,9 +593,7 @@ TEST(Session, ShiftsMoveAndKickSingleVertices) {
 TEST_P(EditedSession, AStepThatFailsChangesNoForces) {
   Scene scene = spinning_block(GetParam(), 1e-3, 1.0);
   scene.fix = {fix(SelectBox{{0, 0, 0}, {0, 1, 1}})};
-  ForceSettings push;
-  push.select = SelectPlane{0, 2.0, {}};
-  push.vector = {0.0, 10.0, 0.0};
+  ForceSettings push = load(SelectPlane{0, 2.0, {}}, {0.0, 10.0, 0.0});
   scene.force = {push};
   Session session(scene, mesh_of(scene));
   for (int k = 0; k < 5; ++k) ASSERT_TRUE(session.step()) << session.message();

@@ -7,7 +7,6 @@
 #include <limits>
 
 #include "core/decompositions.h"
-#include "support/bodies.h"
 #include "support/step_problems.h"
 #include "tetraction/dynamics/problems/derivative_check.h"
 #include "tetraction/dynamics/steppers/stepper.h"

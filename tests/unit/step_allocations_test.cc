@@ -1,11 +1,11 @@
 // What a step takes from the heap, and how often it evaluates: work vectors are kept, and what the
 // minimiser evaluated last is not evaluated again.
-#include <gtest/gtest.h>
 
 #include <atomic>
 #include <string>
 
 #include "support/allocations.h"
+#include "support/rules.h"
 #include "support/step_problems.h"
 #include "tetraction/dynamics/balance.h"
 #include "tetraction/dynamics/steppers/stepper.h"
@@ -96,11 +96,7 @@ TEST_P(StepAllocations, ACounterThatCounts) {
 INSTANTIATE_TEST_SUITE_P(All, StepAllocations,
                          testing::Values(Integrator::kExplicit, Integrator::kVerlet,
                                          Integrator::kMidpoint, Integrator::kBackwardEuler),
-                         [](const auto& test) {
-                           std::string name = to_string(test.param);
-                           std::erase(name, '-');
-                           return name;
-                         });
+                         name_of_rule);
 
 // A neo-Hookean material that counts how often its energy is evaluated.
 class CountingMaterial {

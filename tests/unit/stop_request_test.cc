@@ -1,13 +1,10 @@
 // Runs that are stopped in the middle of a step.
 #include "tetraction/simulation/stop_request.h"
 
-#include <gtest/gtest.h>
-
 #include <atomic>
 #include <string>
 
-#include "support/bodies.h"
-#include "tetraction/simulation/session.h"
+#include "support/runs.h"
 #include "tetraction/simulation/stop_flag.h"
 
 namespace tetraction {
@@ -30,18 +27,13 @@ class ThirdQuestion : public Observer, public StopRequest {
 
 // From 0.2 s on its solver does not converge, whatever the step.
 Scene pulled_beam() {
-  Scene scene;
-  scene.mesh.generate = GeneratorSettings{GeneratorKind::kBeam, {4, 1, 1}, {4, 1, 1}};
-  scene.material.youngs_modulus = 1e5;
-  scene.material.poissons_ratio = 0.4;
+  Scene scene = scene_of({GeneratorKind::kBeam, {4, 1, 1}, {4, 1, 1}}, elastic(1e5, 0.4));
   scene.time = {Integrator::kMidpoint, 0.05, false, 1.0};
   scene.solver.tolerance = 1e-12;
   scene.solver.max_iterations = 1;
   scene.fix.resize(1);
   scene.fix[0].select = SelectPlane{0, 0.0, {}};
-  ForceSettings force;
-  force.select = SelectPlane{0, 4.0, {}};
-  force.total = Vector3(0.0, 6e4, 0.0);
+  ForceSettings force = total_load(SelectPlane{0, 4.0, {}}, {0.0, 6e4, 0.0});
   force.from = 0.2;
   scene.force.push_back(force);
   return scene;
@@ -52,8 +44,7 @@ void expect_stopped_within_step(const Scene& scene) {
   ThirdQuestion observer;
   ASSERT_EQ(session.run({&observer}), RunStatus::kCancelled) << session.message();
   EXPECT_EQ(observer.questions, 3);
-  EXPECT_NE(session.message().find("in the middle of the next one"), std::string::npos)
-      << session.message();
+  expect_part(session.message(), "in the middle of the next one");
   EXPECT_GT(session.step_number(), 0);
   EXPECT_EQ(session.step_number(), observer.last.step);
   EXPECT_EQ(session.time(), observer.last.time);

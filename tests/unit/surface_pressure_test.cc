@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "support/bodies.h"
-#include "tetraction/dynamics/mechanical_system.h"
 #include "tetraction/dynamics/problems/derivative_check.h"
 #include "tetraction/mesh/edge_vertices.h"
 

@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "support/bodies.h"
+#include "support/messages.h"
 #include "tetraction/core/error.h"
 
 namespace tetraction {
@@ -21,12 +22,7 @@ RawMesh raw_tetrahedron() {
 
 // What build_mesh says when it refuses.
 std::string refusal(RawMesh raw) {
-  try {
-    build_mesh(std::move(raw));
-  } catch (const FileError& error) {
-    return error.what();
-  }
-  return "accepted";
+  return testing_support::message_of<FileError>([&] { build_mesh(std::move(raw)); });
 }
 
 TEST(BuildMesh, KeepsTheFilesIdsAndDropsUnusedVertices) {

@@ -1,5 +1,4 @@
 // The warning of walls that are too thin for nodal volumes.
-#include <gtest/gtest.h>
 
 #include <array>
 #include <string>

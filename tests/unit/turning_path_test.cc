@@ -1,6 +1,5 @@
 #include "solver/newton/turning_path.h"
 
-#include <gtest/gtest.h>
 #include <Eigen/Geometry>
 
 #include <cmath>

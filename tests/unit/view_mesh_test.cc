@@ -1,4 +1,3 @@
-#include <gtest/gtest.h>
 
 #include <algorithm>
 #include <limits>
@@ -6,11 +5,8 @@
 #include <vector>
 
 #include "support/allocations.h"
-#include "support/bodies.h"
-#include "tetraction/core/error.h"
+#include "support/runs.h"
 #include "tetraction/dynamics/steppers/stepper.h"
-#include "tetraction/mesh/tet_mesh.h"
-#include "tetraction/simulation/session.h"
 
 namespace tetraction {
 namespace {
@@ -31,12 +27,7 @@ class ViewMesh : public testing::Test {
   }
 
   void expect_refused(const std::string& what) const {
-    try {
-      view_mesh(positions_, tetrahedra_);
-      FAIL() << "accepted";
-    } catch (const InputError& error) {
-      EXPECT_NE(std::string(error.what()).find(what), std::string::npos) << error.what();
-    }
+    expect_error([&] { view_mesh(positions_, tetrahedra_); }, {what});
   }
 
   const TetMesh block_ = small_block({6, 3, 3});

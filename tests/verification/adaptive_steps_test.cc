@@ -1,5 +1,4 @@
 // Steps whose size adapts to an error or to the discrete energy, and steps that are repeated.
-#include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
@@ -7,9 +6,7 @@
 #include <vector>
 
 #include "support/corner_scenes.h"
-#include "tetraction/core/error.h"
 #include "tetraction/dynamics/body_sums.h"
-#include "tetraction/simulation/session.h"
 #include "tetraction/simulation/study.h"
 
 namespace tetraction {
@@ -39,8 +36,7 @@ TEST(AdaptiveSteps, TheErrorFollowsTheToleranceAsTheOrderOfTheRuleSays) {
     std::vector<double> steps;
     for (const double tolerance : {first, first / 8, first / 64}) {
       const Scene scene = adaptive_block(rule, tolerance, kEnd);
-      Session session(scene, mesh_of(scene));
-      ASSERT_EQ(session.run(), RunStatus::kFinished) << session.message();
+      FinishedRun session(scene);
       EXPECT_EQ(session.time(), kEnd);
       EXPECT_EQ(session.step_control().above_tolerance, 0);
       if (is_variational(rule)) {
@@ -102,16 +98,14 @@ TEST(AdaptiveSteps, AnEccentricOrbitTakesFewerStepsThanWithASteadyOne) {
   Orbit planet = orbit(0.7, 1e-3, kSoft);
   planet.scene.time.adapt = StepAdaptation::kError;
   planet.scene.time.tolerance = 1e-3;  // of 1.4 mm
-  Session session(planet.scene, mesh_of(planet.scene));
-  ASSERT_EQ(session.run(), RunStatus::kFinished) << session.message();
+  FinishedRun session(planet.scene, mesh_of(planet.scene));
   EXPECT_EQ(session.time(), planet.period);
   EXPECT_GT(session.steps().largest, 5.0 * session.steps().smallest);
   const double error = distance_from_start(session, planet);
   const auto steps = static_cast<double>(2 * session.step_number());
 
   Orbit steady = orbit(0.7, planet.period / steps, kSoft);
-  Session fixed(steady.scene, mesh_of(steady.scene));
-  ASSERT_EQ(fixed.run(), RunStatus::kFinished) << fixed.message();
+  FinishedRun fixed(steady.scene, mesh_of(steady.scene));
   EXPECT_LT(error, 0.2 * distance_from_start(fixed, steady));
   EXPECT_LT(error, 0.03) << steps;
   EXPECT_LT(steps, 1000.0);
@@ -194,8 +188,7 @@ TEST(AdaptiveSteps, ABodyAtRestTakesTheLargestStep) {
 TEST(AdaptiveSteps, CountStepsThatDoNotMeetTheTolerance) {
   Scene scene = adaptive_block(Integrator::kMidpoint, 1e-12, 0.05);
   scene.time.min_step = 1e-3;
-  Session session(scene, mesh_of(scene));
-  ASSERT_EQ(session.run(), RunStatus::kFinished) << session.message();
+  FinishedRun session(scene);
   EXPECT_EQ(session.step_number(), 50);
   EXPECT_EQ(session.step_control().above_tolerance, 50);
   EXPECT_TRUE(any_warning(session, "time.min_step"));
@@ -209,8 +202,7 @@ TEST(AdaptiveSteps, AStepConsistsOfTwoStepsOfTheRule) {
     scene.damping.viscosity = 5.0;
     scene.time.step = scene.time.max_step.emplace(1e-3);
     scene.time.end = 3e-3;
-    Session session(scene, mesh_of(scene));
-    ASSERT_EQ(session.run(), RunStatus::kFinished) << session.message();
+    FinishedRun session(scene);
     EXPECT_EQ(session.step_number(), 3);
     scene.time.adapt = StepAdaptation::kNone;
     scene.time.step = 0.5e-3;
@@ -280,8 +272,7 @@ TEST(EnergyAdaptation, TheStepFollowsFromTheCurvatureOfAnOrbit) {
 TEST(EnergyAdaptation, CountsStepsWithoutASolution) {
   Orbit planet = orbit(0.9, 5e-3, kSoft);
   planet.scene.time.adapt = StepAdaptation::kEnergy;
-  Session session(planet.scene, mesh_of(planet.scene));
-  ASSERT_EQ(session.run(), RunStatus::kFinished) << session.message();
+  FinishedRun session(planet.scene, mesh_of(planet.scene));
   EXPECT_EQ(session.time(), planet.period);
   const StepControl& control = session.step_control();
   EXPECT_GT(control.without_solution, 0);
@@ -296,10 +287,7 @@ TEST(EnergyAdaptation, FollowsTheWorkOfLoadsAndOfDamping) {
   Scene scene = spinning_block(Integrator::kMidpoint, 4e-3, 1.0);
   scene.environment.kind = EnvironmentKind::kGravity;
   scene.damping = {0.0, 0.3, 20.0};
-  ForceSettings force;
-  force.select = SelectVertices{{0}};
-  force.vector = {0.0, 300.0, 0.0};
-  scene.force.push_back(force);
+  scene.force.push_back(load(SelectVertices{{0}}, {0.0, 300.0, 0.0}));
   scene.time.adapt = StepAdaptation::kEnergy;
   scene.time.max_step = 8e-3;
   Session session(scene, mesh_of(scene));
@@ -318,18 +306,12 @@ TEST(EnergyAdaptation, FollowsTheWorkOfLoadsAndOfDamping) {
 
 // A pull that the solver cannot follow in whole steps within its few iterations.
 Scene hard_pull(double end) {
-  Scene scene;
-  scene.mesh.generate = GeneratorSettings{GeneratorKind::kBeam, {4, 1, 1}, {8, 2, 2}};
-  scene.material.youngs_modulus = 1e5;
-  scene.material.poissons_ratio = 0.4;
+  Scene scene = scene_of({GeneratorKind::kBeam, {4, 1, 1}, {8, 2, 2}}, elastic(1e5, 0.4));
   scene.time = {Integrator::kMidpoint, 0.05, false, end};
   scene.solver.max_iterations = 4;
   scene.fix.resize(1);
   scene.fix[0].select = SelectPlane{0, 0.0, {}};
-  ForceSettings force;
-  force.select = SelectPlane{0, 4.0, {}};
-  force.total = Vector3(0.0, 6e4, 0.0);
-  scene.force.push_back(force);
+  scene.force.push_back(total_load(SelectPlane{0, 4.0, {}}, {0.0, 6e4, 0.0}));
   return scene;
 }
 
@@ -403,8 +385,7 @@ TEST(Retry, RefusesStepsThatGoOnAddingEnergy) {
     scene.time.end = 200.0 * scene.time.step;
   }
   scene.time.retry = 3;
-  Session session(scene, mesh_of(scene));
-  ASSERT_EQ(session.run(), RunStatus::kFinished) << session.message();
+  FinishedRun session(scene);
   EXPECT_GT(session.step_control().retried, 0);
   EXPECT_GT(session.balance().max_relative_energy_drift(), 0.1);
   EXPECT_LT(session.balance().max_relative_energy_drift(), 1.2);

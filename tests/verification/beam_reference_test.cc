@@ -1,24 +1,18 @@
 // The clamped beam against other codes: 4 × 1 × 1 m, 20 × 4 × 4 cells of six tetrahedra,
 // neo-Hookean with E = 1 MPa and ν = 0.4, density 1000, gravity 9.81, 20 steps of 0.01 s from rest.
-#include <gtest/gtest.h>
 
-#include "tetraction/mesh/generate.h"
-#include "tetraction/simulation/session.h"
+#include "support/runs.h"
 
 namespace tetraction {
 namespace {
 
+using namespace testing_support;
+
 Scene published_beam(Integrator integrator) {
-  Scene scene;
-  scene.mesh.generate = GeneratorSettings{GeneratorKind::kBeam, {4, 1, 1}, {20, 4, 4}};
-  scene.material.youngs_modulus = 1e6;
-  scene.material.poissons_ratio = 0.4;
-  scene.material.density = 1000.0;
+  Scene scene = scene_of({GeneratorKind::kBeam, {4, 1, 1}, {20, 4, 4}}, elastic(1e6, 0.4));
   scene.time = {integrator, 0.01, false, 0.2};
   scene.environment.kind = EnvironmentKind::kGravity;
-  FixSettings clamp;
-  clamp.select = SelectPlane{0, 0.0, {}};
-  scene.fix.push_back(clamp);
+  scene.fix.push_back(fix(SelectPlane{0, 0.0, {}}));
   return scene;
 }
 
@@ -43,16 +37,14 @@ class BeamReference : public testing::TestWithParam<Reference> {};
 TEST_P(BeamReference, TipAgreesToAllDigitsGiven) {
   Scene scene = published_beam(GetParam().integrator);
   scene.solver.tolerance = 1e-10;
-  Session session(scene, generate_mesh(*scene.mesh.generate));
-  ASSERT_EQ(session.run(), RunStatus::kFinished) << session.message();
+  FinishedRun session(scene);
   EXPECT_EQ(session.state().step, 20);
   EXPECT_NEAR(tip_displacement(session), GetParam().tip, GetParam().digits);
 }
 
 TEST_P(BeamReference, DefaultToleranceTakesAtMostFourIterationsAStep) {
   const Scene scene = published_beam(GetParam().integrator);
-  Session session(scene, generate_mesh(*scene.mesh.generate));
-  ASSERT_EQ(session.run(), RunStatus::kFinished) << session.message();
+  FinishedRun session(scene);
   EXPECT_LE(static_cast<double>(session.total_iterations()) / 20.0, 4.0);
   EXPECT_NEAR(tip_displacement(session), GetParam().tip, 1e-7);
 }

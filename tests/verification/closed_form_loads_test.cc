@@ -3,11 +3,10 @@
 #include <numbers>
 #include <optional>
 
-#include "support/bodies.h"
+#include "support/runs.h"
 #include "tetraction/dynamics/terms/consistent_loads.h"
 #include "tetraction/dynamics/terms/vertex_potential.h"
 #include "tetraction/simulation/equilibrium.h"
-#include "tetraction/simulation/session.h"
 
 namespace tetraction {
 namespace {

@@ -2,8 +2,7 @@
 #include <cmath>
 #include <numeric>
 
-#include "support/bodies.h"
-#include "tetraction/simulation/session.h"
+#include "support/runs.h"
 
 namespace tetraction {
 namespace {
@@ -24,8 +23,7 @@ class ExplicitConservation : public testing::TestWithParam<Integrator> {};
 TEST_P(ExplicitConservation, MomentaStayToRoundOffOver10000Steps) {
   const double step = 0.3 * stable_step();
   const Scene scene = spinning_block(GetParam(), step, 10000 * step);
-  Session session(scene, block_of(scene));
-  ASSERT_EQ(session.run(), RunStatus::kFinished) << session.message();
+  FinishedRun session(scene, block_of(scene));
   ASSERT_EQ(session.state().step, 10000);
   EXPECT_GT(session.balance().momenta().angular_scale, 1.0);
   EXPECT_LT(session.balance().linear_momentum_drift(), 1e-12);
@@ -40,8 +38,7 @@ INSTANTIATE_TEST_SUITE_P(Rules, ExplicitConservation,
 TEST(MidpointConservation, LinearMomentumToRoundOffAngularToTolerance) {
   const double step = 0.5 * stable_step();
   const Scene scene = spinning_block(Integrator::kMidpoint, step, 10000 * step);
-  Session session(scene, block_of(scene));
-  ASSERT_EQ(session.run(), RunStatus::kFinished) << session.message();
+  FinishedRun session(scene, block_of(scene));
   ASSERT_EQ(session.state().step, 10000);
   EXPECT_LT(session.balance().linear_momentum_drift(), 1e-12);
   EXPECT_LT(session.balance().angular_momentum_drift(), 1e-8);
@@ -152,9 +149,7 @@ TEST(UserForces, MomentumChangesByExactlyTheImpulse) {
     const double step = 0.3 * stable_step();
     Scene scene = spinning_block(integrator, step, 100 * step);
     scene.environment.kind = EnvironmentKind::kGravity;
-    ForceSettings force;
-    force.select = SelectNearest{{0, 0, 0}};
-    force.vector = {30.0, -10.0, 5.0};
+    ForceSettings force = load(SelectNearest{{0, 0, 0}}, {30.0, -10.0, 5.0});
     force.from = 20 * step;
     force.until = 70 * step;
     scene.force.push_back(force);

@@ -7,14 +7,10 @@
 
 #include <Eigen/Geometry>
 
-#include "support/bodies.h"
-#include "support/scene_parts.h"
+#include "support/runs.h"
 #include "tetraction/mesh/edge_vertices.h"
-#include "tetraction/mesh/generate.h"
-#include "tetraction/mesh/tet_mesh.h"
 #include "tetraction/simulation/equilibrium.h"
 #include "tetraction/simulation/scene_modes.h"
-#include "tetraction/simulation/session.h"
 #include "tetraction/solver/normal_modes.h"
 
 namespace tetraction {
@@ -23,17 +19,11 @@ namespace {
 using namespace testing_support;
 
 ConstraintSettings handle(Selection select) {
-  ConstraintSettings result;
-  result.kind = ConstraintKind::kRigid;
-  result.select = std::move(select);
-  return result;
+  return rigid(std::move(select));
 }
 
 Scene beam(const Vector3& size, const std::array<int, 3>& cells, double youngs_modulus) {
-  Scene scene;
-  scene.mesh.generate = GeneratorSettings{GeneratorKind::kBeam, size, cells};
-  scene.material.youngs_modulus = youngs_modulus;
-  scene.material.poissons_ratio = 0.3;
+  Scene scene = scene_of({GeneratorKind::kBeam, size, cells}, elastic(youngs_modulus, 0.3));
   scene.fix = {fix(SelectPlane{0, 0.0, {}})};
   return scene;
 }
@@ -94,9 +84,7 @@ Vector3 displacement(const Session& session, const Vector3& point) {
 // the bow carries some four times the pull that it carries as a dead load.
 TEST_P(ConstrainedEquilibrium, BowBendsUnderItsString) {
   Scene scene = beam({3, 1, 1}, {6, 2, 2}, 2e5);
-  ConstraintSettings string;
-  string.vertices = {0, 62};
-  string.length = 2.9;
+  ConstraintSettings string = rod(0, 62, 2.9);
   scene.constraint = {string};
   Session session = this->session(scene, generate_mesh(*scene.mesh.generate));
   ASSERT_NO_FATAL_FAILURE(solve(session));
@@ -129,30 +117,21 @@ TEST_P(ConstrainedEquilibrium, StrutsUnderABlockOnSprings) {
   const TetMesh block = generate_box({1, 1, 1}, {2, 2, 2});
   const TetMesh mesh = stack({generate_box({1, 1, 0.5}, {2, 2, 1}), block}, {0.0, 0.5 + kLength});
   Scene scene;
-  scene.material.youngs_modulus = 1e9;
-  scene.material.poissons_ratio = 0.3;
-  scene.material.density = 1000.0;
-  scene.environment.kind = EnvironmentKind::kGravity;
-  scene.environment.direction = Vector3(0, 0, -1);
+  scene.material = elastic(1e9, 0.3);
+  scene.environment = gravity(9.81, {0, 0, -1});
   scene.fix = {fix(SelectBox{{-1, -1, -1}, {2, 2, 0.51}})};
   for (const double x : {0.0, 1.0}) {
     for (const double y : {0.0, 1.0}) {
-      ConstraintSettings strut;
-      strut.vertices = {select_vertices(mesh, SelectNearest{{x, y, 0.5}}).front(),
-                        select_vertices(mesh, SelectNearest{{x, y, 0.5 + kLength}}).front()};
-      scene.constraint.push_back(strut);
+      scene.constraint.push_back(
+          rod(select_vertices(mesh, SelectNearest{{x, y, 0.5}}).front(),
+              select_vertices(mesh, SelectNearest{{x, y, 0.5 + kLength}}).front()));
     }
   }
   const double weight = 9.81 * 1000.0;
   const double stiffness = 3.0 * weight / kLength;  // 1.5 would let the block turn about z
-  FixSettings springs = fix(SelectBox{{-1, -1, 0.9}, {2, 2, 3}});
-  springs.is_penalty = true;
-  springs.penalty = 0.5 * stiffness / static_cast<double>(block.vertices.size());
-  scene.fix.push_back(springs);
-  ForceSettings push;
-  push.select = SelectBox{{-1, -1, 0.9}, {2, 2, 3}};
-  push.total = Vector3(1e-3 * weight, 0, 0);
-  scene.force = {push};
+  scene.fix.push_back(springs(SelectBox{{-1, -1, 0.9}, {2, 2, 3}},
+                              0.5 * stiffness / static_cast<double>(block.vertices.size())));
+  scene.force = {total_load(SelectBox{{-1, -1, 0.9}, {2, 2, 3}}, {1e-3 * weight, 0, 0})};
   Session session = this->session(scene, mesh);
   ASSERT_NO_FATAL_FAILURE(solve(session));
   const Vector3 moved = displacement(session, {0.5, 0.5, 1.5});
@@ -193,10 +172,7 @@ TEST_P(ConstrainedEquilibrium, PullAndForceOnARigidEnd) {
   Scene scene = beam({10, 1, 1}, {10, 1, 1}, 1e6);
   scene.constraint = {handle(SelectPlane{0, 10.0, {}})};
   scene.pressure = {pressure(SelectPlane{0, 10.0, {}}, -5000)};
-  ForceSettings force;
-  force.select = SelectPlane{0, 10.0, {}};
-  force.total = Vector3(0, 200, 0);
-  scene.force = {force};
+  scene.force = {total_load(SelectPlane{0, 10.0, {}}, {0, 200, 0})};
   Session session = this->session(scene, with_edge_vertices(generate_mesh(*scene.mesh.generate)));
   ASSERT_NO_FATAL_FAILURE(solve(session));
   EXPECT_NEAR(displacement(session, {10, 0, 0}).y(), 1.362, 5e-4);

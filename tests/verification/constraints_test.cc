@@ -6,20 +6,12 @@
 #include <optional>
 #include <vector>
 
-#include "support/bodies.h"
-#include "support/rules.h"
-#include "tetraction/core/error.h"
-#include "tetraction/simulation/scene_objects.h"
-#include "tetraction/simulation/session.h"
+#include "support/runs.h"
 
 namespace tetraction {
 namespace {
 
 using namespace testing_support;
-
-TetMesh mesh_of(const Scene& scene) {
-  return generate_mesh(*scene.mesh.generate);
-}
 
 class ConstrainedBy : public testing::TestWithParam<Integrator> {
  protected:
@@ -27,10 +19,7 @@ class ConstrainedBy : public testing::TestWithParam<Integrator> {
 
   // A soft block under gravity; its explicit limit is about 6 ms.
   Scene hanging_block(double end = 0.3) const {
-    Scene scene;
-    scene.mesh.generate = GeneratorSettings{GeneratorKind::kBox, {2, 1, 1}, {2, 1, 1}};
-    scene.material.youngs_modulus = 1e5;
-    scene.material.poissons_ratio = 0.3;
+    Scene scene = scene_of({GeneratorKind::kBox, {2, 1, 1}, {2, 1, 1}}, elastic(1e5, 0.3));
     scene.time = {GetParam(), implicit() ? 5e-3 : 1e-3, false, end};
     scene.environment.kind = EnvironmentKind::kGravity;
     return scene;
@@ -49,17 +38,11 @@ class ConstrainedBy : public testing::TestWithParam<Integrator> {
   }
 };
 
-INSTANTIATE_TEST_SUITE_P(Rules, ConstrainedBy,
-                         testing::Values(Integrator::kExplicit, Integrator::kVerlet,
-                                         Integrator::kMidpoint, Integrator::kBackwardEuler,
-                                         Integrator::kEnergyMomentum),
-                         name_of_rule);
+INSTANTIATE_TEST_SUITE_P(Rules, ConstrainedBy, testing::ValuesIn(all_rules()), name_of_rule);
 
 TEST_P(ConstrainedBy, FixedVerticesAreBitwiseAtTheirTargetsAndReactionsBalance) {
   Scene scene = hanging_block();
-  FixSettings fix;
-  fix.select = SelectPlane{0, 0.0, {}};
-  fix.offset = Vector3(0.01, 0.1, -0.02);
+  FixSettings fix = shifted(SelectPlane{0, 0.0, {}}, {0.01, 0.1, -0.02});
   scene.fix = {fix};
   // With backward Euler what a step leaves of the forces goes into the momentum: in 60 steps, here,
   // some ten times the tolerance.
@@ -84,9 +67,7 @@ TEST_P(ConstrainedBy, FixedVerticesAreBitwiseAtTheirTargetsAndReactionsBalance) 
 TEST_P(ConstrainedBy, MovingTargetsAreMetExactlyAndTheirWorkIsInTheBooks) {
   Scene scene = hanging_block(0.5);
   scene.environment.kind = EnvironmentKind::kNone;
-  FixSettings fix;
-  fix.select = SelectPlane{0, 0.0, {}};
-  fix.velocity = {0.3, 0.1, -0.2};
+  FixSettings fix = moving(SelectPlane{0, 0.0, {}}, {0.3, 0.1, -0.2});
   scene.fix = {fix};
   scene.time.step *= 0.5;
   const TetMesh mesh = mesh_of(scene);
@@ -118,15 +99,9 @@ TEST_P(ConstrainedBy, MovingTargetsAreMetExactlyAndTheirWorkIsInTheBooks) {
 
 TEST_P(ConstrainedBy, VerticesStayOnSkewPlanesAndLines) {
   Scene scene = hanging_block();
-  ConstraintSettings plane;
-  plane.kind = ConstraintKind::kPlane;
-  plane.select = SelectPlane{1, 0.0, {}};
+  ConstraintSettings plane = on_plane(SelectPlane{1, 0.0, {}}, {0.0, 2.0, 1.0});
   plane.point = Vector3(0, 0, 0);
-  plane.direction = Vector3(0.0, 2.0, 1.0);
-  ConstraintSettings line;
-  line.kind = ConstraintKind::kLine;
-  line.select = SelectNearest{{2, 1, 1}};
-  line.direction = Vector3(1.0, 1.0, -3.0);
+  ConstraintSettings line = on_line(SelectNearest{{2, 1, 1}}, {1.0, 1.0, -3.0});
   scene.constraint = {plane, line};
   const TetMesh mesh = mesh_of(scene);
   Session session(scene, mesh);
@@ -153,13 +128,9 @@ TEST_P(ConstrainedBy, VerticesStayOnSkewPlanesAndLines) {
 
 TEST_P(ConstrainedBy, ADistanceIsKept) {
   Scene scene = hanging_block(0.5);
-  FixSettings fix;
-  fix.select = SelectVertices{{0}};
-  scene.fix = {fix};
-  ConstraintSettings rod;
-  rod.vertices = {2, 11};  // opposite corners of the far half
-  ConstraintSettings hanger;
-  hanger.vertices = {0, 8};
+  scene.fix = {fix(SelectVertices{{0}})};
+  ConstraintSettings rod = testing_support::rod(2, 11);  // opposite corners of the far half
+  ConstraintSettings hanger = testing_support::rod(0, 8);
   scene.constraint = {rod, hanger};
   const TetMesh mesh = mesh_of(scene);
   Session session(scene, mesh);
@@ -202,11 +173,7 @@ double largest_change_of_shape(const std::vector<Index>& vertices, const Vector&
 
 class HandleBy : public ConstrainedBy {};
 
-INSTANTIATE_TEST_SUITE_P(Rules, HandleBy,
-                         testing::Values(Integrator::kExplicit, Integrator::kVerlet,
-                                         Integrator::kMidpoint, Integrator::kBackwardEuler,
-                                         Integrator::kEnergyMomentum),
-                         name_of_rule);
+INSTANTIATE_TEST_SUITE_P(Rules, HandleBy, testing::ValuesIn(all_rules()), name_of_rule);
 
 TEST_P(HandleBy, AFreeHandleStaysRigidWhileTheBodySpins) {
   // Free handles of rank 3 (a box of vertices), 2 (a face) and 1 (an edge).
@@ -215,9 +182,7 @@ TEST_P(HandleBy, AFreeHandleStaysRigidWhileTheBodySpins) {
   for (const Selection& selection : selections) {
     Scene scene = spinning_block(GetParam(), implicit() ? 5e-3 : 1e-3, 0.5);
     scene.solver.tolerance = 1e-10;
-    ConstraintSettings handle;
-    handle.kind = ConstraintKind::kRigid;
-    handle.select = selection;
+    ConstraintSettings handle = rigid(selection);
     scene.constraint = {handle};
     const TetMesh mesh = mesh_of(scene);
     const std::vector<Index> vertices = select_vertices(mesh, selection);
@@ -243,11 +208,8 @@ TEST_P(HandleBy, AFreeHandleStaysRigidWhileTheBodySpins) {
 
 TEST_P(HandleBy, ADrivenHandleFollowsItsMotion) {
   Scene scene = hanging_block(0.4);
-  ConstraintSettings grip;
-  grip.kind = ConstraintKind::kRigid;
-  grip.select = SelectPlane{0, 0.0, {}};
-  grip.velocity = Vector3(0.0, 0.5, 0.0);
-  grip.angular_velocity = Vector3(4.0, 0.0, 0.0);
+  ConstraintSettings grip =
+      driven(SelectPlane{0, 0.0, {}}, Vector3(0.0, 0.5, 0.0), Vector3(4.0, 0.0, 0.0));
   scene.constraint = {grip};
   const TetMesh mesh = mesh_of(scene);
   const std::vector<Index> vertices = select_vertices(mesh, grip.select);
@@ -289,10 +251,7 @@ TEST(DrivenHandle, TurnsAboutItsCentreOrAboutAPoint) {
     std::optional<Vector3> about;
     Vector3 expected;
   };
-  Scene scene;
-  scene.mesh.generate = GeneratorSettings{GeneratorKind::kBox, {2, 1, 1}, {4, 2, 2}};
-  scene.material.youngs_modulus = 1e5;
-  scene.material.poissons_ratio = 0.3;
+  Scene scene = scene_of({GeneratorKind::kBox, {2, 1, 1}, {4, 2, 2}}, elastic(1e5, 0.3));
   const TetMesh mesh = mesh_of(scene);
   // Three corners of the face x = 0, which are those of no triangle.
   const std::vector<Index> ends{select_vertices(mesh, SelectNearest{{0, 0, 0}}).front(),
@@ -315,10 +274,7 @@ TEST(DrivenHandle, TurnsAboutItsCentreOrAboutAPoint) {
        of_masses}};
   for (const Case& c : cases) {
     SCOPED_TRACE(c.select.index());
-    ConstraintSettings grip;
-    grip.kind = ConstraintKind::kRigid;
-    grip.select = c.select;
-    grip.angular_velocity = Vector3(0.0, 0.0, 2.0);
+    ConstraintSettings grip = driven(c.select, {}, Vector3(0.0, 0.0, 2.0));
     grip.point = c.about;
     scene.constraint = {grip};
     scene.time = {Integrator::kBackwardEuler, 0.01, false, 0.01};
@@ -336,18 +292,11 @@ TEST(DrivenHandle, TurnsAboutItsCentreOrAboutAPoint) {
 TEST(Pendulum, KeepsItsLengthOver100000Steps) {
   for (const Integrator integrator : {Integrator::kExplicit, Integrator::kMidpoint}) {
     // A small body hung from a distance of 1 m: one vertex held, its far end on a rod.
-    Scene scene;
-    scene.mesh.generate = GeneratorSettings{GeneratorKind::kTetrahedron, {1, 1, 1}, {1, 1, 1}};
-    scene.material.youngs_modulus = 1e6;
-    scene.material.poissons_ratio = 0.3;
+    Scene scene = scene_of({GeneratorKind::kTetrahedron, {1, 1, 1}, {1, 1, 1}}, elastic(1e6, 0.3));
     scene.time = {integrator, 2e-4, false, 20.0};
     scene.environment.kind = EnvironmentKind::kGravity;
-    FixSettings pivot;
-    pivot.select = SelectVertices{{0}};
-    scene.fix = {pivot};
-    ConstraintSettings rod;
-    rod.vertices = {0, 1};
-    scene.constraint = {rod};
+    scene.fix = {fix(SelectVertices{{0}})};
+    scene.constraint = {rod(0, 1)};
     Session session(scene, generate_tetrahedron());
     double worst = 0.0;
     double lowest = 0.0;
@@ -368,20 +317,12 @@ TEST(Pendulum, BackwardEulerSettlesAtLargeSteps) {
   // A rubber bar on a hinge with a rod inside, let go horizontally: the steps are up to 500 times the
   // explicit limit and a quarter of the period of the swing.
   for (const double step : {0.05, 0.2, 0.5}) {
-    Scene scene;
-    scene.mesh.generate = GeneratorSettings{GeneratorKind::kBeam, {1.0, 0.1, 0.1}, {16, 2, 2}};
-    scene.material.youngs_modulus = 5e5;
-    scene.material.poissons_ratio = 0.4;
+    Scene scene = scene_of({GeneratorKind::kBeam, {1.0, 0.1, 0.1}, {16, 2, 2}}, elastic(5e5, 0.4));
     scene.time = {Integrator::kBackwardEuler, step, false, 60 * step};
     scene.environment.kind = EnvironmentKind::kGravity;
-    FixSettings hinge;
-    hinge.select = SelectBox{{0.0, 0.1, 0.0}, {0.0, 0.1, 0.1}};
-    scene.fix = {hinge};
-    ConstraintSettings rod;
-    rod.vertices = {85, 101};
-    scene.constraint = {rod};
-    Session session(scene, mesh_of(scene));
-    ASSERT_EQ(session.run(), RunStatus::kFinished) << session.message();
+    scene.fix = {fix(SelectBox{{0.0, 0.1, 0.0}, {0.0, 0.1, 0.1}})};
+    scene.constraint = {rod(85, 101)};
+    FinishedRun session(scene);
     const Vector arm =
         session.state().position.segment<3>(3 * 101) - session.state().position.segment<3>(3 * 85);
     EXPECT_NEAR(arm.norm(), 1.0, 1e-12);
@@ -394,15 +335,11 @@ TEST(Pendulum, BackwardEulerSettlesAtLargeSteps) {
 
 TEST(Statics, AHeavyBeamOnFourFixedVerticesReportsItsWeight) {
   // Run to rest with backward Euler at a large step, which takes all motion out.
-  Scene scene;
-  scene.mesh.generate = GeneratorSettings{GeneratorKind::kBeam, {4, 1, 1}, {8, 2, 2}};
-  scene.material.youngs_modulus = 2e6;
-  scene.material.poissons_ratio = 0.4;
+  Scene scene = scene_of({GeneratorKind::kBeam, {4, 1, 1}, {8, 2, 2}}, elastic(2e6, 0.4));
   scene.time = {Integrator::kBackwardEuler, 0.5, false, 60.0};
   scene.environment.kind = EnvironmentKind::kGravity;
   scene.solver.tolerance = 1e-10;
-  FixSettings supports;
-  supports.select = SelectVertices{{0, 8, 54 + 8 + 10, 54 + 10}};
+  FixSettings supports = fix(SelectVertices{{0, 8, 54 + 8 + 10, 54 + 10}});
   const TetMesh mesh = mesh_of(scene);
   std::vector<std::int64_t> corners;
   for (const Vector3& corner :
@@ -411,8 +348,7 @@ TEST(Statics, AHeavyBeamOnFourFixedVerticesReportsItsWeight) {
   }
   supports.select = SelectVertices{corners};
   scene.fix = {supports};
-  Session session(scene, mesh);
-  ASSERT_EQ(session.run(), RunStatus::kFinished) << session.message();
+  FinishedRun session(scene, mesh);
   Vector3 sum = Vector3::Zero();
   for (const std::int64_t v : corners) {
     EXPECT_GT(session.reaction_force()[3 * v + 1], 0.0);
@@ -423,16 +359,10 @@ TEST(Statics, AHeavyBeamOnFourFixedVerticesReportsItsWeight) {
 }
 
 TEST(Penalty, BlowsUpWhereTheExactConstraintRuns) {
-  Scene scene;
-  scene.mesh.generate = GeneratorSettings{GeneratorKind::kBox, {2, 1, 1}, {4, 2, 2}};
-  scene.material.youngs_modulus = 1e5;
-  scene.material.poissons_ratio = 0.3;
+  Scene scene = scene_of({GeneratorKind::kBox, {2, 1, 1}, {4, 2, 2}}, elastic(1e5, 0.3));
   scene.time = {Integrator::kExplicit, 1e-3, false, 1.0};
   scene.environment.kind = EnvironmentKind::kGravity;
-  FixSettings fix;
-  fix.select = SelectPlane{0, 0.0, {}};
-  fix.is_penalty = true;
-  fix.penalty = 1e8;
+  FixSettings fix = springs(SelectPlane{0, 0.0, {}}, 1e8);
   scene.fix = {fix};
   const TetMesh mesh = mesh_of(scene);
   Session springs(scene, mesh);
@@ -447,8 +377,7 @@ TEST(Penalty, BlowsUpWhereTheExactConstraintRuns) {
   for (const Integrator integrator :
        {Integrator::kVerlet, Integrator::kMidpoint, Integrator::kBackwardEuler}) {
     scene.time = {integrator, is_implicit(integrator) ? 5e-3 : 1e-5, false, 0.05};
-    Session gentle(scene, mesh);
-    ASSERT_EQ(gentle.run(), RunStatus::kFinished) << gentle.message();
+    FinishedRun gentle(scene, mesh);
     for (const Index v : select_vertices(mesh, fix.select)) {
       const Vector3 gap =
           gentle.state().position.segment<3>(3 * v) - mesh.vertices[static_cast<std::size_t>(v)];

@@ -4,50 +4,34 @@
 #include <string>
 #include <vector>
 
-#include "support/bodies.h"
-#include "tetraction/simulation/session.h"
+#include "support/corner_scenes.h"
 
 namespace tetraction {
 namespace {
 
-struct Choice {
-  std::string name;
-  std::string kind;
-  LinearSolver linear = LinearSolver::kAuto;
-};
+using namespace testing_support;
 
-class Corner : public testing::TestWithParam<Choice> {
+class Corner : public testing::TestWithParam<std::pair<std::string, SolverSettings>> {
  protected:
   Scene scene(double step, double end) const {
     Scene scene;
-    scene.material.youngs_modulus = 1e6;
-    scene.material.poissons_ratio = 0.4;
-    scene.material.density = 1000.0;
+    scene.material = elastic(1e6, 0.4);
     scene.time = {Integrator::kBackwardEuler, step, false, end};
-    scene.solver.kind = GetParam().kind;
-    scene.solver.linear = GetParam().linear;
+    scene.solver = GetParam().second;
     return scene;
   }
-  static FixSettings fix(double x, const Vector3& velocity = Vector3::Zero()) {
-    FixSettings fix;
-    fix.select = SelectPlane{0, x, {}};
-    fix.velocity = velocity;
-    return fix;
+  static FixSettings held(double x, const Vector3& velocity = Vector3::Zero()) {
+    return moving(SelectPlane{0, x, {}}, velocity);
   }
-  static double elastic(const Session& session) {
+  static double elastic_energy(const Session& session) {
     double energy = 0.0;
     EXPECT_TRUE(session.system().elastic().value(session.state().position, energy).ok());
     return energy;
   }
 };
 
-INSTANTIATE_TEST_SUITE_P(Solvers, Corner,
-                         testing::Values(Choice{"auto", "newton", LinearSolver::kAuto},
-                                         Choice{"matrixfree", "newton", LinearSolver::kMatrixFree},
-                                         Choice{"cg", "newton", LinearSolver::kCg},
-                                         Choice{"factor", "newton", LinearSolver::kFactor},
-                                         Choice{"ceres", "ceres", LinearSolver::kAuto}),
-                         [](const auto& test) { return test.param.name; });
+INSTANTIATE_TEST_SUITE_P(Solvers, Corner, testing::ValuesIn(all_solvers()),
+                         [](const auto& test) { return test.param.first; });
 
 // A column is pressed together by an eighth of its length. The straight column's energy at the second
 // of ten steps is 51.547 J, that of the buckled one 44.940 J.
@@ -55,16 +39,16 @@ TEST_P(Corner, ColumnsBuckle) {
   for (const double tolerance : {1e-8, 1e-4}) {
     Scene pressed = scene(1.0, 10.0);
     pressed.mesh.generate = GeneratorSettings{GeneratorKind::kBeam, {4, 0.2, 0.2}, {40, 2, 2}};
-    pressed.fix = {fix(0.0), fix(4.0, {-0.05, 0, 0})};
+    pressed.fix = {held(0.0), held(4.0, {-0.05, 0, 0})};
     pressed.solver.tolerance = tolerance;
     Session session(pressed, generate_mesh(*pressed.mesh.generate));
     ASSERT_TRUE(session.step() && session.step()) << session.message();
-    EXPECT_NEAR(elastic(session), 44.940, 1e-2);
+    EXPECT_NEAR(elastic_energy(session), 44.940, 1e-2);
     while (session.step()) {
     }
     ASSERT_EQ(session.status(), RunStatus::kFinished) << session.message();
-    EXPECT_NEAR(elastic(session), 316.207, 1e-2);
-    if (GetParam().kind == "ceres") break;
+    EXPECT_NEAR(elastic_energy(session), 316.207, 1e-2);
+    if (GetParam().second.kind == "ceres") break;
   }
 }
 
@@ -78,9 +62,9 @@ TetMesh arch() {
 // Pushed through at its crown, it gives way: the force falls from 5.15 N to 3.1 N before it rises.
 TEST_P(Corner, ArchesGiveWay) {
   Scene pushed = scene(0.25, 3.0);
-  FixSettings crown = fix(1.0, {0, -0.11, 0});
+  FixSettings crown = held(1.0, {0, -0.11, 0});
   crown.components = {false, true, false};
-  pushed.fix = {fix(0.0), fix(2.0), crown};
+  pushed.fix = {held(0.0), held(2.0), crown};
   const TetMesh mesh = arch();
   Session session(pushed, mesh);
   std::vector<double> force;
@@ -100,11 +84,9 @@ TEST_P(Corner, ArchesGiveWay) {
 // Under more than it bears it snaps through in a single step, over all that lies in between.
 TEST_P(Corner, ArchesSnapThrough) {
   Scene loaded = scene(10.0, 20.0);
-  ForceSettings force;
-  force.select = SelectPlane{0, 1.0, {}};
-  force.vector = Vector3(0.0, -1.0, 0.0);  // on each of six vertices
+  ForceSettings force = load(SelectPlane{0, 1.0, {}}, {0.0, -1.0, 0.0});  // on each of six vertices
   loaded.force = {force};
-  loaded.fix = {fix(0.0), fix(2.0)};
+  loaded.fix = {held(0.0), held(2.0)};
   const TetMesh mesh = arch();
   Session session(loaded, mesh);
   ASSERT_TRUE(session.step()) << session.message();
@@ -115,13 +97,13 @@ TEST_P(Corner, ArchesSnapThrough) {
     const double rest = mesh.vertices[static_cast<std::size_t>(v)].y();
     EXPECT_LT(session.state().position[3 * v + 1], rest - 0.3);
   }
-  EXPECT_NEAR(elastic(session), 1.223584, 1e-4);
+  EXPECT_NEAR(elastic_energy(session), 1.223584, 1e-4);
 }
 
 // Thrown at a wall at three times the speed of sound: elements are pressed nearly flat in one step,
 // and most of their Hessians are indefinite on the way.
 TEST_P(Corner, ImpactsTakeFewIterations) {
-  const bool newton = GetParam().kind == "newton";
+  const bool newton = GetParam().second.kind == "newton";
   const struct {
     double step;
     double energy;
@@ -129,11 +111,11 @@ TEST_P(Corner, ImpactsTakeFewIterations) {
   for (const auto& [step, energy] : cases) {
     Scene thrown = scene(step, step);
     thrown.mesh.generate = GeneratorSettings{GeneratorKind::kBeam, {4, 1, 1}, {16, 4, 4}};
-    thrown.fix = {fix(0.0)};
+    thrown.fix = {held(0.0)};
     thrown.initial.velocity = Vector3(-30.0, -100.0, 20.0);
     Session session(thrown, generate_mesh(*thrown.mesh.generate));
     ASSERT_TRUE(session.step()) << session.message();
-    EXPECT_NEAR(elastic(session), energy, 1e-5 * energy);
+    EXPECT_NEAR(elastic_energy(session), energy, 1e-5 * energy);
     if (newton) {
       EXPECT_LE(session.last_iterations(), 20) << step;
     }

@@ -7,10 +7,8 @@
 #include <cmath>
 #include <tuple>
 
-#include "support/bodies.h"
-#include "tetraction/core/error.h"
+#include "support/runs.h"
 #include "tetraction/dynamics/derived_fields.h"
-#include "tetraction/simulation/session.h"
 
 namespace tetraction {
 namespace {
@@ -26,22 +24,18 @@ std::string text(Integrator integrator) {
 const std::array kRules{Integrator::kExplicit, Integrator::kVerlet, Integrator::kMidpoint,
                         Integrator::kBackwardEuler};
 
+// Ties a vertex of the face that is moved to one that is not.
+ConstraintSettings tie() {
+  return rod(0, 44);
+}
+
 class RuleAtCorners : public testing::TestWithParam<Integrator> {
  protected:
   // A soft block that begins at rest; its explicit limit is about 3 ms.
   Scene block(double step, double end) const {
-    Scene scene;
-    scene.mesh.generate = GeneratorSettings{GeneratorKind::kBox, {2, 1, 1}, {4, 2, 2}};
-    scene.material.youngs_modulus = 1e5;
-    scene.material.poissons_ratio = 0.3;
+    Scene scene = scene_of({GeneratorKind::kBox, {2, 1, 1}, {4, 2, 2}}, elastic(1e5, 0.3));
     scene.time = {GetParam(), step, false, end};
     return scene;
-  }
-  // Ties a vertex of the face that is moved to one that is not.
-  static ConstraintSettings rod() {
-    ConstraintSettings rod;
-    rod.vertices = {0, 44};
-    return rod;
   }
 };
 
@@ -75,36 +69,23 @@ void expect_balance_of_order(const Scene& scene) {
 
 TEST_P(RuleAtCorners, TheWorkOnAPrescribedVertexIsNotThatOfItsDistance) {
   Scene scene = block(1e-3, 0.4);
-  FixSettings push;
-  push.select = SelectPlane{0, 0.0, {}};
-  push.velocity = {1.0, 0.0, 0.0};
-  scene.fix = {push};
-  scene.constraint = {rod()};
+  scene.fix = {moving(SelectPlane{0, 0.0, {}}, {1.0, 0.0, 0.0})};
+  scene.constraint = {tie()};
   expect_balance_of_order(scene);
 }
 
 TEST_P(RuleAtCorners, TheWorkOfADrivenHandleIsNotThatOfItsDistance) {
   Scene scene = block(1e-3, 0.4);
-  ConstraintSettings grip;
-  grip.kind = ConstraintKind::kRigid;
-  grip.select = SelectPlane{0, 0.0, {}};
-  grip.velocity = Vector3(0.0, 0.5, 0.0);
-  grip.angular_velocity = Vector3(4.0, 0.0, 0.0);
-  scene.constraint = {grip, rod()};
+  scene.constraint = {
+      driven(SelectPlane{0, 0.0, {}}, Vector3(0.0, 0.5, 0.0), Vector3(4.0, 0.0, 0.0)), tie()};
   expect_balance_of_order(scene);
 }
 
 // One component of a vertex is moved by a fix, another one pulled by a spring.
 TEST_P(RuleAtCorners, SpringsBesideAPrescribedMotionCountOnce) {
   Scene scene = block(1e-3, 0.4);
-  FixSettings push;
-  push.select = SelectPlane{0, 0.0, {}};
-  push.velocity = {1.0, 0.0, 0.0};
-  FixSettings spring;
-  spring.select = SelectPlane{0, 0.0, {}};
-  spring.is_penalty = true;
-  spring.penalty = 2e3;
-  scene.fix = {push, spring};
+  scene.fix = {moving(SelectPlane{0, 0.0, {}}, {1.0, 0.0, 0.0}),
+               springs(SelectPlane{0, 0.0, {}}, 2e3)};
   const Balance coarse = balance_of(scene, 2e-3);
   const Balance fine = balance_of(scene, 1e-3);
   const bool second_order = order(GetParam()) == 2;
@@ -144,19 +125,13 @@ TetMesh two_boxes(double edge) {
 TEST_P(RuleAtCorners, ConstraintsOfVeryDifferentSizeAreAllKept) {
   for (const double edge : {1e-3, 1e-2, 1.0}) {
     Scene scene;
-    scene.material.youngs_modulus = 1e3;
-    scene.material.poissons_ratio = 0.3;
+    scene.material = elastic(1e3, 0.3);
     scene.time = {GetParam(), 1e-4, false, 5e-3};
     // Beside the momentum of the large box the forces in the small one are tiny.
     scene.solver.tolerance = 1e-13;
     scene.initial.angular_velocity = {1.0, 2.0, 3.0};
-    ConstraintSettings grip;
-    grip.kind = ConstraintKind::kRigid;
-    grip.select = SelectPlane{0, 1.0, {}};
-    ConstraintSettings rod;
-    rod.vertices = {8, 15};
-    rod.length = 1.05 * std::sqrt(3.0) * edge;
-    scene.constraint = {grip, rod};
+    ConstraintSettings rod = testing_support::rod(8, 15, 1.05 * std::sqrt(3.0) * edge);
+    scene.constraint = {rigid(SelectPlane{0, 1.0, {}}), rod};
     Session session(scene, two_boxes(edge));
     EXPECT_EQ(session.run(), RunStatus::kFinished) << "edge " << edge << ": " << session.message();
     EXPECT_EQ(session.state().step, 50);
@@ -169,10 +144,7 @@ TEST_P(RuleAtCorners, ConstraintsOfVeryDifferentSizeAreAllKept) {
 // All vertices where a linear map puts them: what a patch test prescribes.
 Scene prescribed_linear_displacement(Integrator integrator, const TetMesh& mesh,
                                      const Matrix3& gradient) {
-  Scene scene;
-  scene.mesh.generate = GeneratorSettings{GeneratorKind::kBox, {2, 1, 1}, {4, 2, 2}};
-  scene.material.youngs_modulus = 1e6;
-  scene.material.poissons_ratio = 0.3;
+  Scene scene = scene_of({GeneratorKind::kBox, {2, 1, 1}, {4, 2, 2}}, elastic(1e6, 0.3));
   scene.time = {integrator, 1e-2, false, 0.03};
   FixSettings all;
   SelectVertices every;
@@ -254,7 +226,7 @@ TEST_P(RuleAtCorners, AWhollyHeldBodyFollowsItsMotion) {
   grip.kind = ConstraintKind::kRigid;
   grip.velocity = Vector3(0.0, 0.5, 0.0);
   grip.angular_velocity = Vector3(0.0, 0.0, 2.0);
-  scene.constraint = {grip, rod()};  // both ends are held: nothing to do
+  scene.constraint = {grip, tie()};  // both ends are held: nothing to do
   scene.environment.kind = EnvironmentKind::kGravity;
   const TetMesh mesh = generate_mesh(*scene.mesh.generate);
   Session session(scene, mesh);
@@ -283,10 +255,7 @@ TEST(WhollyHeld, HasNoStabilityLimitAndNoAutomaticStep) {
 
 // The multipliers of a body of which nothing is free are zero. They must be there all the same.
 TEST(CornersOfEnergyMomentum, EveryVertexOfADistanceIsHeld) {
-  Scene scene;
-  scene.mesh.generate = GeneratorSettings{GeneratorKind::kBox, {2, 1, 1}, {1, 1, 1}};
-  scene.material.youngs_modulus = 1e5;
-  scene.material.poissons_ratio = 0.3;
+  Scene scene = scene_of({GeneratorKind::kBox, {2, 1, 1}, {1, 1, 1}}, elastic(1e5, 0.3));
   scene.time = {Integrator::kEnergyMomentum, 1e-2, false, 0.1};
   FixSettings all;
   all.velocity = {1.0, 0.5, 0.0};

@@ -2,9 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "support/bodies.h"
-#include "support/rules.h"
-#include "tetraction/simulation/session.h"
+#include "support/runs.h"
 
 namespace tetraction {
 namespace {
@@ -14,14 +12,9 @@ using namespace testing_support;
 class ForceWindow : public testing::TestWithParam<Integrator> {
  protected:
   Scene pushed(double step, double from, double until) const {
-    Scene scene;
-    scene.mesh.generate = GeneratorSettings{GeneratorKind::kBox, {2, 1, 1}, {2, 1, 1}};
-    scene.material.youngs_modulus = 1e4;
-    scene.material.poissons_ratio = 0.3;
+    Scene scene = scene_of({GeneratorKind::kBox, {2, 1, 1}, {2, 1, 1}}, elastic(1e4, 0.3));
     scene.time = {GetParam(), step, false, 0.2};
-    ForceSettings push;
-    push.select = SelectPlane{0, 2.0, {}};
-    push.vector = {270.0, -100.0, 30.0};
+    ForceSettings push = load(SelectPlane{0, 2.0, {}}, {270.0, -100.0, 30.0});
     push.from = from;
     push.until = until;
     scene.force = {push};
@@ -29,11 +22,7 @@ class ForceWindow : public testing::TestWithParam<Integrator> {
   }
 };
 
-INSTANTIATE_TEST_SUITE_P(Rules, ForceWindow,
-                         testing::Values(Integrator::kExplicit, Integrator::kVerlet,
-                                         Integrator::kMidpoint, Integrator::kBackwardEuler,
-                                         Integrator::kEnergyMomentum),
-                         name_of_rule);
+INSTANTIATE_TEST_SUITE_P(Rules, ForceWindow, testing::ValuesIn(all_rules()), name_of_rule);
 
 // The impulse of a force is its vector times the time that it acts, at whatever steps: in one of
 // them, across several, up to the end of one.
@@ -48,8 +37,7 @@ TEST_P(ForceWindow, TheImpulseIsTheIntegralOfTheForce) {
       Scene scene = pushed(step, window.from, window.until);
       scene.solver.tolerance = 1e-10;
       const TetMesh mesh = generate_mesh(*scene.mesh.generate);
-      Session session(scene, mesh);
-      ASSERT_EQ(session.run(), RunStatus::kFinished) << session.message();
+      FinishedRun session(scene, mesh);
       const double acting = std::min(window.until, 0.2) - std::max(window.from, 0.0);
       const auto vertices =
           static_cast<double>(select_vertices(mesh, scene.force[0].select).size());

@@ -69,8 +69,7 @@ TEST_P(RestCorner, AToleranceOutOfReachIsTold) {
   }
   Scene scene = with_way(steel_sheet(), 0.1, 3.0);
   scene.environment.direction = {0.0, 0.0, -1.0};
-  Session session(scene, mesh_of(scene));
-  ASSERT_EQ(session.run(), RunStatus::kFinished) << session.message();
+  FinishedRun session(scene);
   const double weight = session.system().total_mass() * 9.81;
   EXPECT_NEAR(total_reaction(session).z(), weight, 1e-4 * weight);
   EXPECT_GT(session.balance().steps_limited_by_round_off(), 0);
@@ -157,15 +156,11 @@ TEST_P(ImplicitCorner, FreeFallWithHugeSteps) {
 // Turned and pushed by more than an element a step, the end takes the body along.
 TEST_P(ImplicitCorner, PrescribedMotionOfMoreThanAnElementAStep) {
   Scene scene = clamped_beam({4, 1, 1}, {16, 4, 4});
-  ConstraintSettings handle;
-  handle.kind = ConstraintKind::kRigid;
-  handle.select = SelectPlane{0, 4.0, {}};
-  handle.angular_velocity = Vector3(0.4 * 3.14159265358979, 0.0, 0.0);  // 72° a second
-  scene.constraint.push_back(handle);
+  scene.constraint.push_back(driven(SelectPlane{0, 4.0, {}}, {},
+                                    Vector3(0.4 * 3.14159265358979, 0.0, 0.0)));  // 72° a second
   if (ceres()) scene.mesh.generate->cells = {8, 2, 2};  // 25 times as slow
   scene = with_way(scene, midpoint() ? 0.25 : 1.0, 1.0);
-  Session session(scene, mesh_of(scene));
-  ASSERT_EQ(session.run(), RunStatus::kFinished) << session.message();
+  FinishedRun session(scene);
   EXPECT_LT(session.constraint_error(), 1e-10);
   // The middle has turned about half as far: St Venant's torsion of a prism.
   double turn = 0.0;
@@ -188,13 +183,9 @@ TEST_P(ImplicitCorner, PrescribedMotionOfMoreThanAnElementAStep) {
 TEST_P(RestCorner, ABeamPushedTogetherByTwoElementsAStep) {
   Scene scene = clamped_beam({4, 1, 1}, {16, 4, 4});
   if (ceres()) scene.mesh.generate->cells = {8, 2, 2};
-  FixSettings push;
-  push.select = SelectPlane{0, 4.0, {}};
-  push.velocity = {-1.0, 0.0, 0.0};
-  scene.fix.push_back(push);
+  scene.fix.push_back(moving(SelectPlane{0, 4.0, {}}, {-1.0, 0.0, 0.0}));
   scene = with_way(scene, 0.5, 1.0);
-  Session session(scene, mesh_of(scene));
-  ASSERT_EQ(session.run(), RunStatus::kFinished) << session.message();
+  FinishedRun session(scene);
   EXPECT_EQ(session.constraint_error(), 0.0);
 }
 
@@ -207,10 +198,7 @@ TEST(ImplicitRoundOff, TinyForcesMoveAFreeStrip) {
     scene.material.youngs_modulus = 2e11;
     scene.material.poissons_ratio = 0.3;
     scene.material.density = 7800.0;
-    ForceSettings push;
-    push.select = SelectPlane{0, 1.0, {}};
-    push.vector = {0.0, -2.5e-7, 0.0};
-    scene.force.push_back(push);
+    scene.force.push_back(load(SelectPlane{0, 1.0, {}}, {0.0, -2.5e-7, 0.0}));
     scene.solver.kind = kind;
     scene.time = {Integrator::kBackwardEuler, 1.0, false, 20.0};
     Session session(scene, mesh_of(scene));
@@ -240,12 +228,7 @@ TEST_P(FlatElements, CarryTheirWeight) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Materials, FlatElements,
-                         testing::Values("stvk", "neo-hookean", "mooney-rivlin"),
-                         [](const auto& test) {
-                           std::string name = test.param;
-                           std::erase(name, '-');
-                           return name;
-                         });
+                         testing::Values("stvk", "neo-hookean", "mooney-rivlin"), name_of_rule);
 
 // I₂ as a sum of squares: the guess of inertia alone stretches the body by 10⁹, and its energy must not
 // come out lower than that of a body at rest.

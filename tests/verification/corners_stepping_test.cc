@@ -1,6 +1,5 @@
 // Corners of stepping: "auto" where the limit falls, ends that the step does not divide, elements turned
 // inside out, and what a user is told of results that mislead.
-#include <gtest/gtest.h>
 
 #include <Eigen/LU>
 
@@ -9,7 +8,6 @@
 
 #include "support/corner_scenes.h"
 #include "tetraction/dynamics/body_sums.h"
-#include "tetraction/simulation/session.h"
 #include "tetraction/simulation/study.h"
 #include "tetraction/simulation/warnings.h"
 
@@ -20,10 +18,7 @@ using namespace testing_support;
 
 // A cube whose far face is driven at 0.5 m/s into the one that is held.
 Scene press(const std::array<int, 3>& cells, double end) {
-  Scene scene;
-  scene.mesh.generate = GeneratorSettings{GeneratorKind::kCube, {1, 1, 1}, cells};
-  scene.material.youngs_modulus = 1e6;
-  scene.material.poissons_ratio = 0.45;
+  Scene scene = scene_of({GeneratorKind::kCube, {1, 1, 1}, cells}, elastic(1e6, 0.45));
   scene.damping.viscosity = 100.0;
   scene.time = {Integrator::kVerlet, 0.0, true, end};
   scene.fix.resize(2);
@@ -55,17 +50,13 @@ TEST(AutomaticStepping, GoesOnUntilACubeIsCrushed) {
 // would fall far below the step, and the integrator would add a twentieth of the energy and more.
 TEST(AutomaticStepping, FollowsABarThatIsPressedTogether) {
   for (const double speed : {1.2, 5.0}) {
-    Scene scene;
-    scene.mesh.generate = GeneratorSettings{GeneratorKind::kBeam, {0.4, 0.1, 0.1}, {8, 2, 2}};
-    scene.material.youngs_modulus = 1e6;
-    scene.material.poissons_ratio = 0.3;
+    Scene scene = scene_of({GeneratorKind::kBeam, {0.4, 0.1, 0.1}, {8, 2, 2}}, elastic(1e6, 0.3));
     scene.time = {Integrator::kVerlet, 0.0, true, 0.36 / speed};
     scene.fix.resize(2);
     scene.fix[0].select = SelectPlane{0, 0.0, {}};
     scene.fix[1].select = SelectPlane{0, 0.4, {}};
     scene.fix[1].velocity = {-speed, 0.0, 0.0};
-    Session session(scene, mesh_of(scene));
-    ASSERT_EQ(session.run(), RunStatus::kFinished) << session.message();
+    FinishedRun session(scene);
     EXPECT_LT(session.balance().max_relative_energy_drift(), 0.01) << speed;
   }
 }
@@ -108,8 +99,7 @@ TEST(AutomaticStepping, MakesAStepAgainThatWasTooLarge) {
   Scene scene = press({4, 4, 4}, 0.004);
   scene.damping.viscosity = 0.0;
   scene.fix[1].velocity = {-80.0, 0.0, 0.0};
-  Session session(scene, mesh_of(scene));
-  ASSERT_EQ(session.run(), RunStatus::kFinished) << session.message();
+  FinishedRun session(scene);
   EXPECT_EQ(session.state().time, 0.004);
   EXPECT_GT(session.steps().changes, 0);
 }
@@ -119,11 +109,8 @@ TEST(AutomaticStepping, MakesAStepAgainThatWasTooLarge) {
 TEST(AutomaticStepping, ResolvesAViolentMotion) {
   for (const double ratio : {0.3, 0.4, 0.45}) {
     for (const int cells : {1, 2, 3}) {
-      Scene scene;
-      scene.mesh.generate =
-          GeneratorSettings{GeneratorKind::kBox, {1, 1, 1}, {cells, cells, cells}};
-      scene.material.youngs_modulus = 1e6;
-      scene.material.poissons_ratio = ratio;
+      Scene scene =
+          scene_of({GeneratorKind::kBox, {1, 1, 1}, {cells, cells, cells}}, elastic(1e6, ratio));
       scene.initial.stretch = {1.3, 1.3, 1.3};
       scene.time = {Integrator::kVerlet, 0.0, true, 1.0};
       Session session(scene, mesh_of(scene));
@@ -152,10 +139,8 @@ TEST(AutomaticStepping, ResolvesTheDampingOfTheWholeBody) {
   constexpr double kRate = 1000.0;  // 1/s
   for (const Integrator rule : {Integrator::kVerlet, Integrator::kExplicit}) {
     for (const bool drag : {false, true}) {
-      Scene scene;
-      scene.mesh.generate = GeneratorSettings{GeneratorKind::kTetrahedron, {1, 1, 1}, {1, 1, 1}};
-      scene.material.youngs_modulus = 1e5;
-      scene.material.poissons_ratio = 0.3;
+      Scene scene =
+          scene_of({GeneratorKind::kTetrahedron, {1, 1, 1}, {1, 1, 1}}, elastic(1e5, 0.3));
       scene.initial.velocity = {1.0, 0.0, 0.0};
       scene.time = {rule, 0.0, true, 0.05};
       // All vertices of a tetrahedron have the same mass, so that drag acts as mass damping.
@@ -178,10 +163,7 @@ TEST(AutomaticStepping, ResolvesTheDampingOfTheWholeBody) {
 // A penalty spring whose target begins to move under a body at rest: the first step has no constraint work
 // yet, but the spring has energy. Steps far below the limit are no blow-up, and "auto" keeps its size.
 TEST(AutomaticStepping, IsNotMisledByTheFirstStepOfAMovingSpring) {
-  Scene scene;
-  scene.mesh.generate = GeneratorSettings{GeneratorKind::kCube, {1, 1, 1}, {2, 2, 2}};
-  scene.material.youngs_modulus = 1e5;
-  scene.material.poissons_ratio = 0.4;
+  Scene scene = scene_of({GeneratorKind::kCube, {1, 1, 1}, {2, 2, 2}}, elastic(1e5, 0.4));
   scene.fix.resize(1);
   scene.fix[0].select = SelectPlane{1, 0.0, {}};
   scene.fix[0].is_penalty = true;
@@ -200,10 +182,7 @@ TEST(AutomaticStepping, IsNotMisledByTheFirstStepOfAMovingSpring) {
 // The first step of a fall, with the rule of first order: half of the energy is missing whatever the size of
 // the step. It does not become smaller.
 TEST(AutomaticStepping, KeepsTheStepWhereASmallerOneDoesNotHelp) {
-  Scene scene;
-  scene.mesh.generate = GeneratorSettings{GeneratorKind::kTetrahedron, {1, 1, 1}, {1, 1, 1}};
-  scene.material.youngs_modulus = 1e6;
-  scene.material.poissons_ratio = 0.3;
+  Scene scene = scene_of({GeneratorKind::kTetrahedron, {1, 1, 1}, {1, 1, 1}}, elastic(1e6, 0.3));
   scene.environment.kind = EnvironmentKind::kGravity;
   scene.time = {Integrator::kExplicit, 0.0, true, 1.0};
   Session session(scene, mesh_of(scene));
@@ -302,21 +281,11 @@ TEST(TheEnd, IsWhereAllRunsOfAStudyEnd) {
 }
 
 TEST(InvertedElements, AreCountedAndTheFirstIsNamed) {
-  Scene scene;
-  scene.mesh.generate = GeneratorSettings{GeneratorKind::kBeam, {4, 1, 1}, {8, 2, 2}};
-  scene.material.model = "stvk";
-  scene.material.youngs_modulus = 1e6;
-  scene.material.poissons_ratio = 0.3;
+  Scene scene = scene_of({GeneratorKind::kBeam, {4, 1, 1}, {8, 2, 2}}, elastic(1e6, 0.3, "stvk"));
   scene.damping.viscosity = 200.0;
   scene.time = {Integrator::kBackwardEuler, 0.01, false, 1.0};
-  FixSettings clamp;
-  clamp.select = SelectPlane{0, 0.0, {}};
-  scene.fix.push_back(clamp);
-  ConstraintSettings grip;
-  grip.kind = ConstraintKind::kRigid;
-  grip.select = SelectPlane{0, 4.0, {}};
-  grip.angular_velocity = Vector3(12.566, 0.0, 0.0);
-  scene.constraint.push_back(grip);
+  scene.fix.push_back(fix(SelectPlane{0, 0.0, {}}));
+  scene.constraint.push_back(driven(SelectPlane{0, 4.0, {}}, {}, Vector3(12.566, 0.0, 0.0)));
   const TetMesh mesh = mesh_of(scene);
   Session session(scene, mesh);
   EXPECT_TRUE(session.may_invert());

@@ -20,10 +20,7 @@ INSTANTIATE_TEST_SUITE_P(All, AnyRule, testing::ValuesIn(rules_with_solvers()), 
 // struck at a corner.
 TEST_P(AnyRule, AFastBodyVibratesLikeOneAtRest) {
   const auto vibrate = [&](double speed) {
-    Scene scene;
-    scene.mesh.generate = GeneratorSettings{GeneratorKind::kBox, {4, 0.5, 0.5}, {8, 1, 1}};
-    scene.material.youngs_modulus = 1e5;
-    scene.material.poissons_ratio = 0.3;
+    Scene scene = scene_of({GeneratorKind::kBox, {4, 0.5, 0.5}, {8, 1, 1}}, elastic(1e5, 0.3));
     scene.initial.velocity = {speed, 0.0, 0.0};
     scene.solver = GetParam().solver;
     scene.time = {GetParam().integrator, 1e-3, false, 0.05};
@@ -46,12 +43,10 @@ TEST_P(AnyRule, NanometresAndKilometresGiveTheSameMotion) {
     Scene scene = clamped_beam(s * Vector3(2, 0.5, 0.5), {8, 2, 2});
     scene.material.youngs_modulus = 1e6 * s * s;
     scene.damping.viscosity = 300.0 * s * s;
-    scene.environment.kind = EnvironmentKind::kGravity;
-    scene.environment.strength = 9.81 * s;
+    scene.environment = gravity(9.81 * s);
     scene.initial.velocity = s * Vector3(0.1, 1.0, -0.3);
-    ForceSettings load;
-    load.select = SelectPlane{0, 2.0 * s, {}};
-    load.vector = s * s * s * s * Vector3(0, 20, 10);
+    ForceSettings load =
+        testing_support::load(SelectPlane{0, 2.0 * s, {}}, s * s * s * s * Vector3(0, 20, 10));
     load.until = 0.0155;
     scene.force.push_back(load);
     scene.solver = GetParam().solver;

@@ -66,8 +66,7 @@ TEST(MidpointViscosity, SecondOrderWhereTheStepResolvesTheMotion) {
 // steps ten times as short.
 TEST(MidpointViscosity, OverdampedBodyKeepsNoSpuriousStress) {
   const Scene scene = struck_beam(Integrator::kMidpoint, 1e7, 0.002);
-  Session session(scene, mesh_of(scene));
-  ASSERT_EQ(session.run(), RunStatus::kFinished) << session.message();
+  FinishedRun session(scene);
   EXPECT_NEAR(session.balance().energies().total(), 0.530, 0.001);
 }
 

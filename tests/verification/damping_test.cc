@@ -4,29 +4,19 @@
 #include <numbers>
 #include <vector>
 
-#include "support/bodies.h"
-#include "support/rules.h"
-#include "tetraction/simulation/session.h"
+#include "support/runs.h"
 
 namespace tetraction {
 namespace {
 
 using namespace testing_support;
 
-TetMesh mesh_of(const Scene& scene) {
-  return generate_box(scene.mesh.generate->size, scene.mesh.generate->cells);
-}
-
 class DampedBy : public testing::TestWithParam<Integrator> {
  protected:
   bool implicit() const { return is_implicit(GetParam()); }
 };
 
-INSTANTIATE_TEST_SUITE_P(Rules, DampedBy,
-                         testing::Values(Integrator::kExplicit, Integrator::kVerlet,
-                                         Integrator::kMidpoint, Integrator::kBackwardEuler,
-                                         Integrator::kEnergyMomentum),
-                         name_of_rule);
+INSTANTIATE_TEST_SUITE_P(Rules, DampedBy, testing::ValuesIn(all_rules()), name_of_rule);
 
 TEST_P(DampedBy, ZeroConstantsGiveBitwiseTheUndampedRun) {
   const Scene scene = spinning_block(GetParam(), 1e-3, 0.05);
@@ -85,10 +75,7 @@ TEST_P(DampedBy, MassDampingMakesMomentumDecayExponentially) {
 
 TEST_P(DampedBy, DragTakesTheMomentumOfEachVertex) {
   // A body of equal vertex masses in pure translation: drag is mass damping of k_D/m.
-  Scene scene;
-  scene.mesh.generate = GeneratorSettings{GeneratorKind::kTetrahedron, {1, 1, 1}, {1, 1, 1}};
-  scene.material.youngs_modulus = 1e5;
-  scene.material.poissons_ratio = 0.3;
+  Scene scene = scene_of({GeneratorKind::kTetrahedron, {1, 1, 1}, {1, 1, 1}}, elastic(1e5, 0.3));
   scene.initial.velocity = {1.0, 2.0, -1.0};
   scene.time = {GetParam(), 1e-3, false, 0.2};
   scene.damping.drag = 100.0;
@@ -132,20 +119,13 @@ TEST_P(DampedBy, OneModeDecaysAtTheAnalyticRate) {
   const double modulus = lame.lambda + 2.0 * lame.mu;
   const double omega = 0.5 * std::numbers::pi * std::sqrt(modulus / 1000.0);
   const double decay = kEta * omega * omega / modulus;
-  Scene scene;
-  scene.mesh.generate = GeneratorSettings{GeneratorKind::kBox, {1, 0.1, 0.1}, {20, 1, 1}};
-  scene.material.youngs_modulus = 1e6;
-  scene.material.poissons_ratio = 0.3;
+  Scene scene = scene_of({GeneratorKind::kBox, {1, 0.1, 0.1}, {20, 1, 1}}, elastic(1e6, 0.3));
   const int steps_per_period = implicit() ? 800 : 2000;
   const double period = 2.0 * std::numbers::pi / omega;
   scene.time = {GetParam(), period / steps_per_period, false, 3.0 * period};
   scene.damping.viscosity = kEta;
   scene.solver.tolerance = 1e-9;
-  FixSettings end;
-  end.select = SelectPlane{0, 0.0, {}};
-  FixSettings sides;
-  sides.components = {false, true, true};
-  scene.fix = {end, sides};
+  scene.fix = {fix(SelectPlane{0, 0.0, {}}), fix(SelectAll{}, {false, true, true})};
   TetMesh mesh = mesh_of(scene);
   Matrix shape = Matrix::Zero(3, mesh.vertex_count());
   for (Index v = 0; v < mesh.vertex_count(); ++v) {

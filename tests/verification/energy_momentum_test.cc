@@ -8,7 +8,6 @@
 
 #include "support/corner_scenes.h"
 #include "support/force_terms.h"
-#include "tetraction/simulation/session.h"
 
 namespace tetraction {
 namespace {
@@ -85,8 +84,7 @@ TEST(EnergyMomentum, KeepsTheEnergyWhereMidpointGainsIt) {
   Session midpoint(scene, mesh_of(scene));
   midpoint.run();
   scene.time.integrator = Integrator::kEnergyMomentum;
-  Session session(scene, mesh_of(scene));
-  ASSERT_EQ(session.run(), RunStatus::kFinished) << session.message();
+  FinishedRun session(scene);
   EXPECT_GT(midpoint.balance().max_relative_energy_drift(), 0.1);
   EXPECT_LT(session.balance().max_relative_energy_drift(), 1e-11);
   EXPECT_LT(session.balance().angular_momentum_drift(), 1e-11);
@@ -101,8 +99,7 @@ TEST(EnergyMomentum, IsTheMidpointRuleForSmallSteps) {
     Session midpoint(scene, mesh_of(scene));
     ASSERT_EQ(midpoint.run(), RunStatus::kFinished);
     scene.time.integrator = Integrator::kEnergyMomentum;
-    Session session(scene, mesh_of(scene));
-    ASSERT_EQ(session.run(), RunStatus::kFinished) << session.message();
+    FinishedRun session(scene);
     difference.push_back((session.state().position - midpoint.state().position).norm());
   }
   EXPECT_LT(difference[0], 1e-3);
@@ -117,22 +114,10 @@ struct Acting {
 };
 
 AmplitudeSettings swinging() {
-  AmplitudeSettings amplitude;
-  amplitude.name = "swing";
-  amplitude.kind = AmplitudeKind::kSine;
-  amplitude.frequency = 0.7;
-  amplitude.offset = 0.4;
-  return amplitude;
+  return sine("swing", 0.7, 0.4);
 }
 
-ConstraintSettings constraint(ConstraintKind kind, double x) {
-  ConstraintSettings settings;
-  settings.kind = kind;
-  settings.select = SelectPlane{0, x, {}};
-  return settings;
-}
-
-ForceSettings load(LoadKind kind, const Selection& select) {
+ForceSettings load_of(LoadKind kind, const Selection& select) {
   ForceSettings settings;
   settings.kind = kind;
   settings.select = select;
@@ -142,11 +127,7 @@ ForceSettings load(LoadKind kind, const Selection& select) {
 }
 
 std::vector<Acting> acting() {
-  const auto fixed = [](double x) {
-    FixSettings fix;
-    fix.select = SelectPlane{0, x, {}};
-    return fix;
-  };
+  const auto fixed = [](double x) { return fix(SelectPlane{0, x, {}}); };
   return {
       {"nothing", [](Scene&) {}},
       {"gravity", [](Scene& s) { s.environment.kind = EnvironmentKind::kGravity; }},
@@ -190,59 +171,52 @@ std::vector<Acting> acting() {
        }},
       {"plane",
        [](Scene& s) {
-         ConstraintSettings plane = constraint(ConstraintKind::kPlane, 0.0);
+         ConstraintSettings plane = constraint_of(ConstraintKind::kPlane, SelectPlane{0, 0.0, {}});
          plane.direction = {1.0, 1.0, 0.3};
          s.constraint = {plane};
        }},
       {"line",
        [](Scene& s) {
-         ConstraintSettings line = constraint(ConstraintKind::kLine, 2.0);
+         ConstraintSettings line = constraint_of(ConstraintKind::kLine, SelectPlane{0, 2.0, {}});
          line.direction = {0.2, 1.0, 0.5};
          s.constraint = {line};
        }},
-      {"distance",
+      {"distance", [](Scene& s) { s.constraint = {rod(0, 11)}; }},
+      {"free_handle",
        [](Scene& s) {
-         ConstraintSettings distance;
-         distance.vertices = {0, 11};
-         s.constraint = {distance};
+         s.constraint = {constraint_of(ConstraintKind::kRigid, SelectPlane{0, 2.0, {}})};
        }},
-      {"free_handle", [](Scene& s) { s.constraint = {constraint(ConstraintKind::kRigid, 2.0)}; }},
       {"driven_handle",
        [](Scene& s) {
-         ConstraintSettings handle = constraint(ConstraintKind::kRigid, 2.0);
+         ConstraintSettings handle = constraint_of(ConstraintKind::kRigid, SelectPlane{0, 2.0, {}});
          handle.velocity = Vector3(0.2, 0.0, 0.1);
          handle.angular_velocity = Vector3(1.0, 2.0, 0.0);
          s.constraint = {handle};
        }},
       {"distance_to_a_moving_vertex",
        [=](Scene& s) {
-         ConstraintSettings distance;
-         distance.vertices = {0, 11};
-         s.constraint = {distance};
-         FixSettings fix;
-         fix.select = SelectVertices{{0}};
-         fix.velocity = {0.5, 0.2, 0.0};
-         s.fix = {fix};
+         s.constraint = {rod(0, 11)};
+         s.fix = {moving(SelectVertices{{0}}, {0.5, 0.2, 0.0})};
        }},
       {"force",
        [](Scene& s) {
          s.amplitude = {swinging()};
-         ForceSettings force = load(LoadKind::kForce, SelectPlane{0, 2.0, {}});
+         ForceSettings force = load_of(LoadKind::kForce, SelectPlane{0, 2.0, {}});
          force.amplitude = "swing";
          s.force = {force};
        }},
       {"closed_pressure",
-       [](Scene& s) { s.pressure = {load(LoadKind::kPressure, SelectSurface{})}; }},
+       [](Scene& s) { s.pressure = {load_of(LoadKind::kPressure, SelectSurface{})}; }},
       {"open_pressure",
        [](Scene& s) {
          s.amplitude = {swinging()};
-         ForceSettings pressure = load(LoadKind::kPressure, SelectPlane{0, 2.0, {}});
+         ForceSettings pressure = load_of(LoadKind::kPressure, SelectPlane{0, 2.0, {}});
          pressure.amplitude = "swing";
          s.pressure = {pressure};
        }},
       {"pressure_at_a_clamp", [=](Scene& s) {
          s.fix = {fixed(0.0)};
-         s.pressure = {load(LoadKind::kPressure, SelectPlane{1, 1.0, {}})};
+         s.pressure = {load_of(LoadKind::kPressure, SelectPlane{1, 1.0, {}})};
        }}};
 }
 
@@ -270,39 +244,30 @@ INSTANTIATE_TEST_SUITE_P(Scenes, EnergyMomentumWith, testing::ValuesIn(acting())
 
 // A block that was stretched and let go while it turns by a sixth of a radian in a step.
 TEST_P(EnergyMomentumOf, SolvesStepsOfAHundredTimesTheLimit) {
-  Scene scene;
-  scene.mesh.generate = GeneratorSettings{GeneratorKind::kBox, {1.0, 0.5, 0.25}, {5, 3, 2}};
-  scene.material.youngs_modulus = 1e6;
-  scene.material.poissons_ratio = 0.3;
+  Scene scene = scene_of({GeneratorKind::kBox, {1.0, 0.5, 0.25}, {5, 3, 2}}, elastic(1e6, 0.3));
   GetParam().set(scene.material);
   scene.initial.stretch = {1.05, 0.98, 0.98};
   const double step = 100.0 * stable_step(scene);
   scene.initial.angular_velocity = {0.02 / step, 0.05 / step, 0.15 / step};
   scene.time = {Integrator::kEnergyMomentum, step, false, 6.0 * step};
-  Session session(scene, mesh_of(scene));
-  ASSERT_EQ(session.run(), RunStatus::kFinished) << session.message();
+  FinishedRun session(scene);
   EXPECT_LT(session.balance().max_relative_energy_drift(), 1e-11);
   EXPECT_LT(session.balance().angular_momentum_drift(), 1e-11);
 }
 
 // Near rest the energies are so small that round-off is a share of them.
 TEST(EnergyMomentum, GoesOnNearRest) {
-  Scene beam;
-  beam.mesh.generate = GeneratorSettings{GeneratorKind::kBeam, {2, 0.5, 0.5}, {6, 2, 2}};
-  beam.material.youngs_modulus = 2.1e11;
-  beam.material.poissons_ratio = 0.3;
-  beam.material.density = 7800.0;
-  FixSettings clamp;
-  clamp.select = SelectPlane{0, 0.0, {}};
+  Scene beam =
+      scene_of({GeneratorKind::kBeam, {2, 0.5, 0.5}, {6, 2, 2}}, elastic(2.1e11, 0.3, 7800.0));
   Scene loaded = beam;
-  loaded.fix = {clamp};
+  loaded.fix = {fix(SelectPlane{0, 0.0, {}})};
   AmplitudeSettings slow;
   slow.name = "slow";
   slow.kind = AmplitudeKind::kSmoothStep;
   slow.from = 0.0;
   slow.until = 0.01;
   loaded.amplitude = {slow};
-  ForceSettings force = load(LoadKind::kForce, SelectPlane{0, 2.0, {}});
+  ForceSettings force = load_of(LoadKind::kForce, SelectPlane{0, 2.0, {}});
   force.total = Vector3(0, 1e5, 0);
   force.amplitude = "slow";
   loaded.force = {force};
@@ -318,8 +283,7 @@ TEST(EnergyMomentum, GoesOnNearRest) {
   damped.damping.viscosity = 3e4;
   damped.initial.stretch = {1.05, 0.97, 1.0};
   damped.time = {Integrator::kEnergyMomentum, 0.01, false, 3.0};
-  Session session(damped, mesh_of(damped));
-  ASSERT_EQ(session.run(), RunStatus::kFinished) << session.message();
+  FinishedRun session(damped);
   EXPECT_LT(session.balance().max_relative_energy_drift(), 1e-12);
   for (const double strain : {1e-10, 1e-13}) {
     Scene tiny = beam;
@@ -349,7 +313,7 @@ TEST(EnergyMomentum, KeepsTheAngularMomentumAboutACentre) {
 
 TEST(EnergyMomentum, AClosedPressureOnAFreeBodyKeepsBothMomenta) {
   Scene scene = spinning_block(Integrator::kEnergyMomentum, 0.05, 5.0);
-  scene.pressure = {load(LoadKind::kPressure, SelectSurface{})};
+  scene.pressure = {load_of(LoadKind::kPressure, SelectSurface{})};
   Session session(scene, mesh_of(scene));
   const Momenta before = session.balance().momenta();
   ASSERT_EQ(session.run(), RunStatus::kFinished) << session.message();
@@ -367,9 +331,7 @@ TEST(EnergyMomentum, EndsAtRoundOffWithFlatElements) {
   scene.material.youngs_modulus = 1e6;
   scene.material.poissons_ratio = 0.3;
   scene.environment.kind = EnvironmentKind::kGravity;
-  FixSettings clamp;
-  clamp.select = SelectPlane{0, 0.0, {}};
-  scene.fix = {clamp};
+  scene.fix = {fix(SelectPlane{0, 0.0, {}})};
   scene.time = {Integrator::kEnergyMomentum, 0.01, false, 1.0};
   const TetMesh mesh = with_edge_vertices(mesh_of(scene));
   for (const double step : {0.0047, 0.0127, 0.02}) {

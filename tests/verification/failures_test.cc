@@ -1,6 +1,5 @@
 // Steps that fail: the state stays as it was, and the message names the place, the cause and a remedy
 // that fits it.
-#include <gtest/gtest.h>
 
 #include <cmath>
 #include <limits>
@@ -63,10 +62,7 @@ bool says(const Session& session, const std::string& part) {
 TEST(Failures, AbsurdLoadsAreNotAnsweredWithSmallerSteps) {
   for (const Integrator rule : kAllRules) {
     Scene scene = beam(rule, is_implicit(rule) ? 1e-2 : 1e-4);
-    ForceSettings load;
-    load.select = SelectPlane{0, 2.0, {}};
-    load.vector = {0.0, 1e30, 0.0};
-    scene.force = {load};
+    scene.force = {load(SelectPlane{0, 2.0, {}}, {0.0, 1e30, 0.0})};
     Session session(scene, mesh_of(scene));
     const StepFailure& failure = failure_of(session);
     EXPECT_EQ(failure.cause, FailureCause::kLoads) << to_string(rule) << session.message();
@@ -98,10 +94,7 @@ TEST(Failures, AnExplicitStepAboveItsLimitNamesTheLimit) {
 
 TEST(Failures, AVertexThatIsFasterThanWavesIsNamed) {
   Scene scene = beam(Integrator::kVerlet, 1e-4);
-  MomentumSettings blow;
-  blow.select = SelectNearest{{2.0, 1.0, 1.0}};
-  blow.value = {-1e6, 0.0, 0.0};
-  scene.initial.momentum = {blow};
+  scene.initial.momentum = {{SelectNearest{{2.0, 1.0, 1.0}}, {-1e6, 0.0, 0.0}, {}}};
   Session session(scene, mesh_of(scene));
   const StepFailure& failure = failure_of(session);
   EXPECT_EQ(failure.cause, FailureCause::kSpeed) << session.message();
@@ -112,10 +105,7 @@ TEST(Failures, APrescribedMotionThatCrushesElementsIsNamed) {
   for (const Integrator rule : {Integrator::kVerlet, Integrator::kMidpoint}) {
     Scene scene = beam(rule, 1e-4);
     scene.material.model = "neo-hookean";
-    FixSettings press;
-    press.select = SelectPlane{0, 2.0, {}};
-    press.velocity = {-60.0, 0.0, 0.0};
-    scene.fix.push_back(press);
+    scene.fix.push_back(moving(SelectPlane{0, 2.0, {}}, {-60.0, 0.0, 0.0}));
     Session session(scene, mesh_of(scene));
     const StepFailure& failure = failure_of(session);
     EXPECT_EQ(failure.cause, FailureCause::kPrescribedMotion)
@@ -140,9 +130,7 @@ TEST(Failures, IterationsThatAreUsedUpAreNamed) {
 TEST(Failures, StiffnessContrastIsNamed) {
   Scene scene = beam(Integrator::kMidpoint, 0.1);
   scene.environment.kind = EnvironmentKind::kGravity;
-  MaterialRegionSettings stiff;
-  stiff.select = SelectBox{{-1.0, -1.0, -1.0}, {1.0, 2.0, 2.0}};
-  stiff.material = scene.material;
+  MaterialRegionSettings stiff{SelectBox{{-1.0, -1.0, -1.0}, {1.0, 2.0, 2.0}}, scene.material, {}};
   stiff.material.youngs_modulus = 1e18;
   scene.material_region = {stiff};
   scene.solver.max_iterations = 1;
@@ -221,10 +209,7 @@ TEST(Failures, NumbersThatOverflowPassNoStep) {
     Scene scene = beam(rule, 1e-3);
     Session session(scene, mesh_of(scene));
     ASSERT_TRUE(session.step());
-    MomentumSettings blow;
-    blow.select = SelectNearest{{2.0, 1.0, 1.0}};
-    blow.value = {1e140, -1e150, 0.0};
-    session.apply(SetMomentum{blow});
+    session.apply(SetMomentum{{SelectNearest{{2.0, 1.0, 1.0}}, {1e140, -1e150, 0.0}, {}}});
     const StepFailure& failure = failure_of(session);
     EXPECT_EQ(failure.cause, FailureCause::kSpeed) << to_string(rule) << session.message();
   }
@@ -234,10 +219,7 @@ TEST(Failures, NumbersThatOverflowPassNoStep) {
 TEST(Failures, ABodyThatIsHeldEverywhereHasNoStepToBlame) {
   Scene scene = beam(Integrator::kMidpoint, 1e-3);
   scene.time.end = 0.1;
-  AmplitudeSettings zigzag;
-  zigzag.name = "a";
-  zigzag.points = {{0.0, 0.0}, {0.03, 1.0}, {0.06, 0.0}, {0.1, 1.0}};
-  scene.amplitude = {zigzag};
+  scene.amplitude = {corners("a", {{0.0, 0.0}, {0.03, 1.0}, {0.06, 0.0}, {0.1, 1.0}})};
   scene.fix[0].select = SelectAll{};
   scene.fix[0].offset = Vector3(0.0, 0.01, 0.0);
   scene.fix[0].amplitude = "a";

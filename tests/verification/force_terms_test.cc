@@ -2,11 +2,8 @@
 // solutions are met.
 #include <cmath>
 
-#include "support/bodies.h"
 #include "support/corner_scenes.h"
 #include "support/force_terms.h"
-#include "tetraction/core/error.h"
-#include "tetraction/simulation/session.h"
 
 namespace tetraction {
 namespace {
@@ -18,8 +15,7 @@ class ForceTerms : public testing::TestWithParam<RuleWithSolver> {
   // A soft cube of 0.2 m.
   Scene cube(double step, double end) const {
     Scene scene;
-    scene.material.youngs_modulus = 5e4;
-    scene.material.poissons_ratio = 0.3;
+    scene.material = elastic(5e4, 0.3);
     scene.time = {GetParam().integrator, step, false, end};
     scene.solver = GetParam().solver;
     scene.solver.tolerance = 1e-10;
@@ -175,30 +171,26 @@ TEST_P(ForceTerms, SpringsBetweenFarVerticesKeepEnergyAndMomenta) {
 TEST(UndefinedPotentials, AStepThroughTheFloorIsRefused) {
   for (const Integrator rule : {Integrator::kExplicit, Integrator::kVerlet}) {
     Scene scene;
+    scene.material = elastic(1e3, 0.3);
     scene.time = {rule, 1e-2, false, 1.0};
-    scene.material.youngs_modulus = 1e3;
-    scene.material.poissons_ratio = 0.3;
     scene.initial.velocity = {0.0, -50.0, 0.0};
     scene.force_term.push_back(std::make_shared<FloorBarrier>(-0.6, 1e3, 0.01));
     Session session(scene, generate_box({0.2, 0.2, 0.2}, {1, 1, 1}));
     EXPECT_EQ(session.run(), RunStatus::kUnstable);
     EXPECT_EQ(session.state().step, 1);
-    EXPECT_NE(session.message().find("\"floor\" is not defined at vertex"), std::string::npos)
-        << session.message();
+    expect_part(session.message(), "\"floor\" is not defined at vertex");
   }
 }
 
 TEST(UndefinedPotentials, ABodyMayNotBeginThere) {
   Scene scene;
-  scene.material.youngs_modulus = 1e3;
-  scene.material.poissons_ratio = 0.3;
+  scene.material = elastic(1e3, 0.3);
   scene.force_term.push_back(std::make_shared<FloorBarrier>(0.1, 1e3, 0.01));
-  try {
-    Session session(scene, generate_box({0.2, 0.2, 0.2}, {1, 1, 1}));
-    FAIL();
-  } catch (const InputError& error) {
-    EXPECT_NE(std::string(error.what()).find("\"floor\""), std::string::npos) << error.what();
-  }
+  expect_error(
+      [&] {
+        Session session(scene, generate_box({0.2, 0.2, 0.2}, {1, 1, 1}));
+      },
+      {"\"floor\""});
 }
 
 // A step that was too large for its damping is repeated with a smaller one, as if it had never been
@@ -206,8 +198,7 @@ TEST(UndefinedPotentials, ABodyMayNotBeginThere) {
 TEST(TermsAndStability, ARepeatedStepKnowsNothingOfTheOneThatFailed) {
   for (const Integrator rule : {Integrator::kExplicit, Integrator::kVerlet}) {
     Scene scene;
-    scene.material.youngs_modulus = 5e4;
-    scene.material.poissons_ratio = 0.3;
+    scene.material = elastic(5e4, 0.3);
     scene.time = {rule, 1e-3, true, 1.0};
     scene.initial.velocity = {3.0, 0.0, 1.0};
     scene.initial.angular_velocity = {0.0, 20.0, 0.0};
@@ -229,8 +220,7 @@ TEST(TermsAndStability, ARepeatedStepKnowsNothingOfTheOneThatFailed) {
 // "auto" makes its steps smaller where a term is as stiff as a floor.
 TEST(TermsAndStability, TheLimitKnowsTheirStiffness) {
   Scene scene;
-  scene.material.youngs_modulus = 1e3;
-  scene.material.poissons_ratio = 0.3;
+  scene.material = elastic(1e3, 0.3);
   scene.time = {Integrator::kVerlet, 1e-6, false, 1.0};
   const TetMesh mesh = generate_box({0.2, 0.2, 0.2}, {1, 1, 1});
   const double without = Session(scene, mesh).initial_limit().omega_max;

@@ -4,12 +4,9 @@
 #include <cmath>
 #include <numbers>
 
-#include "support/bodies.h"
-#include "support/rules.h"
-#include "support/scene_parts.h"
+#include "support/runs.h"
 #include "tetraction/dynamics/body_sums.h"
 #include "tetraction/dynamics/steppers/stability.h"
-#include "tetraction/simulation/session.h"
 
 namespace tetraction {
 namespace {
@@ -21,25 +18,16 @@ class EveryRule : public testing::TestWithParam<Integrator> {
   bool implicit() const { return is_implicit(GetParam()); }
 };
 
-INSTANTIATE_TEST_SUITE_P(Rules, EveryRule,
-                         testing::Values(Integrator::kExplicit, Integrator::kVerlet,
-                                         Integrator::kMidpoint, Integrator::kBackwardEuler,
-                                         Integrator::kEnergyMomentum),
-                         name_of_rule);
+INSTANTIATE_TEST_SUITE_P(Rules, EveryRule, testing::ValuesIn(all_rules()), name_of_rule);
 
 // A free block with forces on two single vertices, one of them for a while.
 Scene pushed_block(Integrator integrator) {
   Scene scene = spinning_block(integrator, 2e-3, 0.2);
   scene.solver.tolerance = 1e-10;
-  ForceSettings push;
-  push.select = SelectVertices{{0}};
-  push.vector = {300.0, -200.0, 100.0};
-  ForceSettings pull;
-  pull.select = SelectVertices{{7, 11}};
-  pull.vector = {0.0, 250.0, -50.0};
+  ForceSettings pull = load(SelectVertices{{7, 11}}, {0.0, 250.0, -50.0});
   pull.from = 0.05;
   pull.until = 0.1;
-  scene.force = {push, pull};
+  scene.force = {load(SelectVertices{{0}}, {300.0, -200.0, 100.0}), pull};
   return scene;
 }
 
@@ -87,18 +75,11 @@ TEST_P(EveryRule, CentreOfMassFollowsTheDiscreteTrajectoryHoweverTheBodyDeforms)
 
 TEST_P(EveryRule, ACoupleSpinsTheBodyUpByItsAngularImpulse) {
   // Nothing but a couple: forces along y on both ends of an edge along x, which turns meanwhile.
-  Scene scene;
-  scene.mesh.generate = GeneratorSettings{GeneratorKind::kBox, {2, 1, 1}, {2, 1, 1}};
-  scene.material.youngs_modulus = 1e5;
-  scene.material.poissons_ratio = 0.3;
+  Scene scene = scene_of({GeneratorKind::kBox, {2, 1, 1}, {2, 1, 1}}, elastic(1e5, 0.3));
   scene.time = {GetParam(), 2e-3, false, 0.4};
   scene.solver.tolerance = 1e-11;
-  ForceSettings up;
-  up.select = SelectNearest{{2, 0, 0}};
-  up.vector = {0, 80, 0};
-  ForceSettings down;
-  down.select = SelectNearest{{0, 0, 0}};
-  down.vector = {0, -80, 0};
+  ForceSettings up = load(SelectNearest{{2, 0, 0}}, {0, 80, 0});
+  ForceSettings down = load(SelectNearest{{0, 0, 0}}, {0, -80, 0});
   scene.force = {up, down};
   const TetMesh mesh = mesh_of(scene);
   const Index right = select_vertices(mesh, up.select).front();
@@ -136,13 +117,9 @@ TEST_P(EveryRule, AForceOnAFixedVertexShowsInItsReactionOnly) {
   Scene scene = spinning_block(GetParam(), 2e-3, 0.1);
   scene.initial = {};
   scene.environment.kind = EnvironmentKind::kGravity;
-  FixSettings clamp;
-  clamp.select = SelectPlane{0, 0.0, {}};
-  scene.fix = {clamp};
+  scene.fix = {fix(SelectPlane{0, 0.0, {}})};
   Scene loaded = scene;
-  ForceSettings force;
-  force.select = SelectVertices{{0}};
-  force.vector = {12.0, -34.0, 56.0};
+  ForceSettings force = load(SelectVertices{{0}}, {12.0, -34.0, 56.0});
   loaded.force = {force};
   const TetMesh mesh = mesh_of(scene);
   Session without(scene, mesh);
@@ -163,10 +140,7 @@ TEST_P(EveryRule, AForceOnAFixedVertexShowsInItsReactionOnly) {
 
 // A small stiff body on a circle around the centre.
 Scene orbiting_body(Integrator integrator) {
-  Scene scene;
-  scene.mesh.generate = GeneratorSettings{GeneratorKind::kBox, {0.1, 0.1, 0.1}, {1, 1, 1}};
-  scene.material.youngs_modulus = 1e5;
-  scene.material.poissons_ratio = 0.3;
+  Scene scene = scene_of({GeneratorKind::kBox, {0.1, 0.1, 0.1}, {1, 1, 1}}, elastic(1e5, 0.3));
   scene.time = {integrator, 0.0, true, 1.0};
   scene.environment = {EnvironmentKind::kAttraction, 1.0, Vector3::UnitY(), 0.0};
   return scene;
@@ -183,8 +157,7 @@ TEST(Attraction, AStiffBodyKeepsEnergyAndAngularMomentumOver100Revolutions) {
   scene.initial.velocity = {0.0, omega * kRadius, 0.0};
   scene.initial.angular_velocity = {0.0, 0.0, omega};
   scene.time.end = 100.0 * 2.0 * std::numbers::pi / omega;
-  Session session(scene, mesh);
-  ASSERT_EQ(session.run(), RunStatus::kFinished) << session.message();
+  FinishedRun session(scene, mesh);
   EXPECT_LT(session.balance().max_relative_energy_drift(), 1e-4);
   EXPECT_LT(session.balance().angular_momentum_drift(), 1e-11);
   // It is still there, on its circle.
@@ -202,8 +175,7 @@ TEST(Attraction, ImplicitStepsConvergeWithTheIndefiniteHessian) {
     // Backward Euler spirals inward: h²ω² of the orbit's energy are lost in every step.
     const bool midpoint = integrator == Integrator::kMidpoint;
     scene.time = {integrator, midpoint ? 0.02 : 0.002, false, 4.0};
-    Session session(scene, mesh);
-    ASSERT_EQ(session.run(), RunStatus::kFinished) << session.message();
+    FinishedRun session(scene, mesh);
     EXPECT_LT(session.total_iterations(), 6 * session.state().step) << to_string(integrator);
     if (!midpoint) continue;
     EXPECT_LT(session.balance().max_relative_energy_drift(), 1e-3);
@@ -222,8 +194,7 @@ TEST(Attraction, LargeStepsThroughASoftenedCentreConvergeWhereTheInertiaDoesNotD
     for (Vector3& x : mesh.vertices.own()) x += Vector3(0.45, 0.02, -0.03);
     // What midpoint does to the energy at larger steps is another matter.
     scene.time = {integrator, integrator == Integrator::kMidpoint ? 0.04 : 0.1, false, 4.0};
-    Session session(scene, mesh);
-    ASSERT_EQ(session.run(), RunStatus::kFinished) << session.message();
+    FinishedRun session(scene, mesh);
     EXPECT_LT(session.total_iterations(), 25 * session.state().step) << to_string(integrator);
   }
 }

@@ -6,12 +6,9 @@
 #include <utility>
 #include <vector>
 
-#include "support/bodies.h"
-#include "support/scene_parts.h"
+#include "support/runs.h"
 #include "tetraction/mesh/edge_vertices.h"
 #include "tetraction/simulation/equilibrium.h"
-#include "tetraction/simulation/scene_objects.h"
-#include "tetraction/simulation/session.h"
 
 namespace tetraction {
 namespace {
@@ -81,18 +78,13 @@ TEST(HeldRims, AnOctantOfABalloonHasTheLimitPressureOfTheWhole) {
 
 // The forces of a pressure on the face that is held act on its support only, so that all sides may carry it.
 TEST(HeldRims, ACubeOnAClampIsPressedAsOnAllSides) {
-  Scene scene;
-  scene.mesh.generate = GeneratorSettings{GeneratorKind::kBox, {1, 1, 1}, {2, 2, 2}};
-  scene.material.youngs_modulus = 1e6;
-  scene.material.poissons_ratio = 0.3;
+  Scene scene = scene_of({GeneratorKind::kBox, {1, 1, 1}, {2, 2, 2}}, elastic(1e6, 0.3));
   scene.fix = {fix(SelectPlane{1, 0.0, {}})};
   scene.pressure = {pressure(SelectSurface{}, 1e5)};
   const TetMesh mesh = with_edge_vertices(generate_mesh(*scene.mesh.generate));
-  Session all = equilibrium(scene, mesh);
-  ASSERT_EQ(all.run(), RunStatus::kFinished) << all.message();
+  FinishedEquilibrium all(scene, mesh);
   scene.pressure[0].select = SelectFaces{{0, 1, 0}, 91.0};
-  Session sides = equilibrium(scene, mesh);
-  ASSERT_EQ(sides.run(), RunStatus::kFinished) << sides.message();
+  FinishedEquilibrium sides(scene, mesh);
   EXPECT_EQ(sides.system().pressures()[0].quadratic_faces.size(), 40U);
   EXPECT_FALSE(sides.system().has_load_of_position());
   EXPECT_LT((sides.state().position - all.state().position).cwiseAbs().maxCoeff(), 1e-10);
@@ -106,10 +98,7 @@ TEST(HeldRims, ACubeOnAClampIsPressedAsOnAllSides) {
 
 // Where a rim slides in planes and is clamped, the potential closes the energy balance.
 TEST(HeldRims, TheEnergyIsKept) {
-  Scene scene;
-  scene.mesh.generate = GeneratorSettings{GeneratorKind::kBox, {1, 1, 1}, {2, 2, 2}};
-  scene.material.youngs_modulus = 1e5;
-  scene.material.poissons_ratio = 0.3;
+  Scene scene = scene_of({GeneratorKind::kBox, {1, 1, 1}, {2, 2, 2}}, elastic(1e5, 0.3));
   scene.fix = {fix(SelectPlane{0, 0.0, {}}, {true, false, false}),
                fix(SelectPlane{2, 0.0, {}}, {false, false, true}), fix(SelectPlane{0, 1.0, {}}),
                fix(SelectPlane{2, 1.0, {}})};

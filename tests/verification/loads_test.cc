@@ -4,10 +4,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "support/bodies.h"
 #include "support/corner_scenes.h"
 #include "tetraction/simulation/equilibrium.h"
-#include "tetraction/simulation/session.h"
 
 namespace tetraction {
 namespace {
@@ -15,20 +13,14 @@ namespace {
 using namespace testing_support;
 
 AmplitudeSettings hat() {
-  AmplitudeSettings hat;
-  hat.name = "hat";
-  hat.points = {{0.0111, 0.0}, {0.0234, 2.5}, {0.0357, -0.4}};
-  return hat;
+  return corners("hat", {{0.0111, 0.0}, {0.0234, 2.5}, {0.0357, -0.4}});
 }
 constexpr double kHatIntegral = 0.5 * 2.5 * 0.0123 + 0.5 * 2.1 * 0.0123 - 0.4 * (0.06 - 0.0357);
 
 class Loads : public testing::TestWithParam<RuleWithSolver> {
  protected:
   Scene block(double step, double end) const {
-    Scene scene;
-    scene.mesh.generate = GeneratorSettings{GeneratorKind::kBox, {0.4, 0.2, 0.2}, {4, 2, 2}};
-    scene.material.youngs_modulus = 5e4;
-    scene.material.poissons_ratio = 0.3;
+    Scene scene = scene_of({GeneratorKind::kBox, {0.4, 0.2, 0.2}, {4, 2, 2}}, elastic(5e4, 0.3));
     scene.time = {GetParam().integrator, step, false, end};
     scene.solver = GetParam().solver;
     scene.solver.tolerance = 1e-10;
@@ -51,25 +43,17 @@ TEST_P(Loads, TheMomentumIsTheIntegralOfTheLoad) {
   for (const double step : {3e-4, 1e-3}) {
     Scene scene = block(step, 0.06);
     scene.amplitude = {hat()};
-    ForceSettings force;
-    force.select = SelectPlane{0, 0.4, {}};
-    force.total = Vector3(3.0, -1.0, 0.5);
+    ForceSettings force = total_load(SelectPlane{0, 0.4, {}}, {3.0, -1.0, 0.5});
     force.amplitude = "hat";
     scene.force = {force};
-    ForceSettings traction;
-    traction.kind = LoadKind::kTraction;
-    traction.select = SelectPlane{1, 0.2, {}};
-    traction.vector = {0.0, 50.0, 20.0};
+    ForceSettings traction = testing_support::traction(SelectPlane{1, 0.2, {}}, {0.0, 50.0, 20.0});
     traction.from = 0.01234;
     traction.until = 0.01241;  // shorter than a step
     scene.traction = {traction};
-    ForceSettings body;
-    body.kind = LoadKind::kBodyForce;
-    body.acceleration = Vector3(0.0, 0.0, 2.0);
+    ForceSettings body = body_acceleration({0.0, 0.0, 2.0});
     body.amplitude = "hat";
     scene.body_force = {body};
-    Session session = session_of(scene);
-    ASSERT_EQ(session.run(), RunStatus::kFinished) << session.message();
+    FinishedRun session(scene);
     const double mass = session.system().total_mass();
     EXPECT_NEAR(mass, 16.0, 1e-12);
     const Vector3 expected = kHatIntegral * (*force.total + mass * *body.acceleration) +
@@ -87,8 +71,7 @@ TEST_P(Loads, AnEnvironmentWithAnAmplitudeGivesItsIntegral) {
     scene.amplitude = {hat()};
     scene.environment.kind = EnvironmentKind::kGravity;
     scene.environment.amplitude = "hat";
-    Session session = session_of(scene);
-    ASSERT_EQ(session.run(), RunStatus::kFinished) << session.message();
+    FinishedRun session(scene);
     const Vector3 expected =
         session.system().total_mass() * kHatIntegral * Vector3(0.0, -9.81, 0.0);
     EXPECT_LT((session.balance().momenta().linear - expected).norm(),
@@ -102,13 +85,8 @@ TEST_P(Loads, AnEnvironmentWithAnAmplitudeGivesItsIntegral) {
 // A moment turns the body: its impulse is the angular momentum, as long as the body has hardly moved.
 TEST_P(Loads, AMomentGivesAngularMomentum) {
   Scene scene = block(1e-4, 2e-3);
-  ForceSettings moment;
-  moment.kind = LoadKind::kMoment;
-  moment.select = SelectPlane{0, 0.4, {}};
-  moment.vector = {0.02, 0.0, 0.0};
-  scene.moment = {moment};
-  Session session = session_of(scene);
-  ASSERT_EQ(session.run(), RunStatus::kFinished) << session.message();
+  scene.moment = {moment(SelectPlane{0, 0.4, {}}, {0.02, 0.0, 0.0})};
+  FinishedRun session(scene);
   EXPECT_LT(session.balance().momenta().linear.norm(),
             1e-9 * session.balance().momenta().linear_scale);
   EXPECT_NEAR(session.balance().momenta().angular.x(), 0.02 * 2e-3, 1e-3 * 0.02 * 2e-3);
@@ -116,20 +94,11 @@ TEST_P(Loads, AMomentGivesAngularMomentum) {
 
 TEST_P(Loads, AFixFollowsItsAmplitudeAndAHandleTurnsByItsIntegral) {
   Scene scene = block(1e-3, 0.05);
-  AmplitudeSettings swing;
-  swing.name = "swing";
-  swing.kind = AmplitudeKind::kSine;
-  swing.frequency = 20.0;
-  scene.amplitude = {hat(), swing};
-  FixSettings fix;
-  fix.select = SelectPlane{0, 0.0, {}};
-  fix.offset = Vector3(0.0, 0.004, 0.0);
+  scene.amplitude = {hat(), sine("swing", 20.0)};
+  FixSettings fix = shifted(SelectPlane{0, 0.0, {}}, {0.0, 0.004, 0.0});
   fix.amplitude = "swing";
   scene.fix = {fix};
-  ConstraintSettings handle;
-  handle.kind = ConstraintKind::kRigid;
-  handle.select = SelectPlane{0, 0.4, {}};
-  handle.angular_velocity = Vector3(20.0, 0.0, 0.0);
+  ConstraintSettings handle = driven(SelectPlane{0, 0.4, {}}, {}, Vector3(20.0, 0.0, 0.0));
   handle.amplitude = "hat";
   scene.constraint = {handle};
   Session session = session_of(scene);
@@ -169,11 +138,7 @@ TEST_P(Loads, AFixFollowsItsAmplitudeAndAHandleTurnsByItsIntegral) {
 TEST_P(Loads, PressureAllAroundKeepsMomentaAndTheBalance) {
   const auto error = [&](double step) {
     Scene scene = block(step, 0.03);
-    ForceSettings pressure;
-    pressure.kind = LoadKind::kPressure;
-    pressure.select = SelectSurface{};
-    pressure.value = 5e3;  // a tenth of Young's modulus
-    scene.pressure = {pressure};
+    scene.pressure = {pressure(SelectSurface{}, 5e3)};  // a tenth of Young's modulus
     scene.initial.angular_velocity = {0.0, 0.0, 20.0};
     Session session = session_of(scene);
     const Vector3 start = session.balance().momenta().angular;
@@ -201,14 +166,8 @@ TEST_P(Loads, PressureAllAroundKeepsMomentaAndTheBalance) {
 TEST_P(Loads, PressureOnAFaceWithAFreeRimKeepsTheOrder) {
   const auto end = [&](double step) {
     Scene scene = block(step, 0.02);
-    FixSettings clamp;
-    clamp.select = SelectPlane{0, 0.0, {}};
-    scene.fix = {clamp};
-    ForceSettings pressure;
-    pressure.kind = LoadKind::kPressure;
-    pressure.select = SelectPlane{1, 0.2, {}};
-    pressure.value = 2e3;
-    scene.pressure = {pressure};
+    scene.fix = {fix(SelectPlane{0, 0.0, {}})};
+    scene.pressure = {pressure(SelectPlane{1, 0.2, {}}, 2e3)};
     Session session = session_of(scene);
     EXPECT_EQ(session.run(), RunStatus::kFinished) << session.message();
     return Vector(session.state().position);
@@ -224,27 +183,16 @@ TEST_P(Loads, PressureOnAFaceWithAFreeRimKeepsTheOrder) {
 // The forces on a free rim depend so strongly on the positions that taking them at the last result
 // again and again would diverge, in large steps and in the equilibrium.
 TEST(LoadsWithoutPotential, SettleInLargeStepsAndInTheEquilibrium) {
-  Scene scene;
-  scene.mesh.generate = GeneratorSettings{GeneratorKind::kBeam, {4, 1, 1}, {8, 2, 1}};
-  scene.material.youngs_modulus = 1e6;
-  scene.material.poissons_ratio = 0.3;
+  Scene scene = scene_of({GeneratorKind::kBeam, {4, 1, 1}, {8, 2, 1}}, elastic(1e6, 0.3));
   scene.time = {Integrator::kBackwardEuler, 0.5, false, 40.0};
-  FixSettings clamp;
-  clamp.select = SelectPlane{0, 0.0, {}};
-  FixSettings sides;
-  sides.components = {false, false, true};
-  sides.select = SelectPlane{2, 0.0, {}};
-  scene.fix = {clamp, sides};
+  FixSettings sides = fix(SelectPlane{2, 0.0, {}}, {false, false, true});
+  scene.fix = {fix(SelectPlane{0, 0.0, {}}), sides};
   sides.select = SelectPlane{2, 1.0, {}};
   scene.fix.push_back(sides);
-  ForceSettings pressure;
-  pressure.kind = LoadKind::kPressure;
-  pressure.select = SelectFaces{{0.0, 1.0, 0.0}, 10.0};
-  pressure.value = 2e4;
+  ForceSettings pressure = testing_support::pressure(SelectFaces{{0.0, 1.0, 0.0}, 10.0}, 2e4);
   scene.pressure = {pressure};
   const TetMesh mesh = generate_mesh(*scene.mesh.generate);
-  Session session(scene, mesh);
-  ASSERT_EQ(session.run(), RunStatus::kFinished) << session.message();
+  FinishedRun session(scene, mesh);
   EXPECT_LT(session.balance().energies().kinetic(), 1e-6 * session.balance().energies().elastic());
   const Equilibrium equilibrium = find_equilibrium(session.system());
   ASSERT_TRUE(equilibrium.found) << equilibrium.message;

@@ -4,7 +4,6 @@
 #include <map>
 
 #include "support/corner_scenes.h"
-#include "tetraction/core/error.h"
 #include "tetraction/simulation/equilibrium.h"
 
 namespace tetraction {
@@ -51,8 +50,7 @@ TEST(MaterialFields, AGradedBarHasTheStretchOfEachSlab) {
   const auto modulus = [](double x) { return 1e5 * (1.0 + std::floor(4.0 * x)); };
   TetMesh mesh = generate_mesh(*scene.mesh.generate);
   set_array(mesh, "E", [&](const Vector3& x) { return modulus(x.x()); });
-  Session session(scene, mesh, Analysis::kEquilibrium);
-  ASSERT_EQ(session.run(), RunStatus::kFinished) << session.message();
+  FinishedRun session(scene, mesh, Analysis::kEquilibrium);
   double end = 0.0;
   std::map<double, double> exact{{0.0, 0.0}};
   for (int slab = 0; slab < 8; ++slab) {
@@ -135,15 +133,12 @@ TEST_P(FieldsAndRegions, MoveAlike) {
     group.name = "part" + std::to_string(number++);
     group.tetrahedra.assign(elements.begin(), elements.end());
     grouped.groups.push_back(group);
-    MaterialRegionSettings region;
-    region.select = SelectGroup{group.name};
-    region.material = regions.material;
+    MaterialRegionSettings region{SelectGroup{group.name}, regions.material, {}};
     region.material.youngs_modulus = values.first;
     region.material.density = values.second;
     regions.material_region.push_back(region);
   }
-  Session reference(regions, grouped);
-  ASSERT_EQ(reference.run(), RunStatus::kFinished) << reference.message();
+  FinishedRun reference(regions, grouped);
   const double moved = (reference.state().position - mesh.rest_positions()).cwiseAbs().maxCoeff();
   EXPECT_GT(moved, 0.03);
   EXPECT_LT((session.state().position - reference.state().position).cwiseAbs().maxCoeff(),
@@ -172,10 +167,7 @@ INSTANTIATE_TEST_SUITE_P(All, FieldsAndRegions,
 
 // The stability limit is that of the stiffest and lightest element.
 TEST(MaterialFields, OneStiffElementLimitsExplicitSteps) {
-  Scene scene;
-  scene.mesh.generate = GeneratorSettings{GeneratorKind::kBeam, {2, 0.5, 0.5}, {8, 2, 2}};
-  scene.material.youngs_modulus = 1e5;
-  scene.material.poissons_ratio = 0.3;
+  Scene scene = scene_of({GeneratorKind::kBeam, {2, 0.5, 0.5}, {8, 2, 2}}, elastic(1e5, 0.3));
   scene.time = {Integrator::kVerlet, 1e-3, true, 0.1};
   const TetMesh mesh = generate_mesh(*scene.mesh.generate);
   const Session soft(scene, mesh);

@@ -1,11 +1,8 @@
 // Equilibria of rubber that nearly keeps its volume: closed forms, another solver, and few iterations.
 #include <cmath>
 
-#include "support/bodies.h"
-#include "support/scene_parts.h"
+#include "support/runs.h"
 #include "tetraction/mesh/edge_vertices.h"
-#include "tetraction/simulation/scene_objects.h"
-#include "tetraction/simulation/session.h"
 
 namespace tetraction {
 namespace {
@@ -23,10 +20,9 @@ Scene rubber(const Vector3& size, const std::array<int, 3>& cells, Kind kind, do
   return scene;
 }
 
-Session equilibrium(const Scene& scene, Kind kind) {
+FinishedEquilibrium equilibrium(const Scene& scene, Kind kind) {
   const TetMesh mesh = generate_mesh(*scene.mesh.generate);
-  return {scene, kind == Kind::kQuadratic ? with_edge_vertices(mesh) : mesh,
-          Analysis::kEquilibrium};
+  return {scene, kind == Kind::kQuadratic ? with_edge_vertices(mesh) : mesh};
 }
 
 class NearlyIncompressible : public testing::TestWithParam<std::tuple<Kind, double>> {
@@ -36,8 +32,7 @@ class NearlyIncompressible : public testing::TestWithParam<std::tuple<Kind, doub
 
   // Solves in few iterations, and again by minimisation alone in small load steps.
   void expect_few_iterations(const Scene& scene, int most) const {
-    Session session = equilibrium(scene, kind_);
-    ASSERT_EQ(session.run(), RunStatus::kFinished) << session.message();
+    FinishedEquilibrium session = equilibrium(scene, kind_);
     EXPECT_LE(session.total_iterations(), most);
     Scene other = scene;
     if (kind_ == Kind::kNodal) {
@@ -46,8 +41,7 @@ class NearlyIncompressible : public testing::TestWithParam<std::tuple<Kind, doub
       other.solver.kind = "ceres";
     }
     other.solver.max_iterations = 1000;
-    Session reference = equilibrium(other, kind_);
-    ASSERT_EQ(reference.run(), RunStatus::kFinished) << reference.message();
+    FinishedEquilibrium reference = equilibrium(other, kind_);
     const Vector rest = session.system().mesh().rest_positions();
     EXPECT_LT((session.state().position - reference.state().position).norm(),
               1e-8 * (reference.state().position - rest).norm());
@@ -60,11 +54,8 @@ TEST_P(NearlyIncompressible, ABarIsStretchedByHalf) {
   scene.fix = {fix(SelectPlane{0, 0.0, {}}, {true, false, false}),
                fix(SelectPlane{1, 0.0, {}}, {false, true, false}),
                fix(SelectPlane{2, 0.0, {}}, {false, false, true})};
-  FixSettings pull = fix(SelectPlane{0, 2.0, {}}, {true, false, false});
-  pull.offset = Vector3(1.0, 0, 0);
-  scene.fix.push_back(pull);
-  Session session = equilibrium(scene, kind_);
-  ASSERT_EQ(session.run(), RunStatus::kFinished) << session.message();
+  scene.fix.push_back(shifted(SelectPlane{0, 2.0, {}}, {true, false, false}, {1.0, 0, 0}));
+  FinishedEquilibrium session = equilibrium(scene, kind_);
   EXPECT_LE(session.total_iterations(), 12);
   const LameParameters lame = lame_from_young(1e6, ratio_);
   double t = std::sqrt(1.0 / 1.5);
@@ -82,20 +73,14 @@ TEST_P(NearlyIncompressible, ABarIsStretchedByHalf) {
 
 TEST_P(NearlyIncompressible, ABlockIsPressed) {
   Scene scene = rubber({1, 1, 1}, {3, 3, 3}, kind_, ratio_);
-  FixSettings press = fix(SelectPlane{2, 1.0, {}});
-  press.offset = Vector3(0, 0, -0.2);
-  scene.fix = {fix(SelectPlane{2, 0.0, {}}), press};
+  scene.fix = {fix(SelectPlane{2, 0.0, {}}), shifted(SelectPlane{2, 1.0, {}}, {0, 0, -0.2})};
   expect_few_iterations(scene, 15);
 }
 
 TEST_P(NearlyIncompressible, ABeamIsBentFar) {
   Scene scene = rubber({4, 1, 1}, {4, 1, 1}, kind_, ratio_);
   scene.fix = {fix(SelectPlane{0, 0.0, {}})};
-  ForceSettings load;
-  load.kind = LoadKind::kTraction;
-  load.select = SelectPlane{0, 4.0, {}};
-  load.vector = {0, 0, 1e4};
-  scene.traction = {load};
+  scene.traction = {traction(SelectPlane{0, 4.0, {}}, {0, 0, 1e4})};
   expect_few_iterations(scene, 25);
 }
 

@@ -5,7 +5,6 @@
 
 #include "support/corner_scenes.h"
 #include "support/same_run.h"
-#include "tetraction/core/error.h"
 #include "tetraction/core/parallel.h"
 #include "tetraction/dynamics/nodal_volume/nodal_volume.h"
 #include "tetraction/simulation/checkpoint.h"
@@ -50,8 +49,7 @@ TEST(NodalVolumePatch, InnerVerticesFollowAnAffineMap) {
     }
     fix.select = SelectVertices{held};
     scene.fix = {fix};
-    Session session(scene, mesh, Analysis::kEquilibrium);
-    ASSERT_EQ(session.run(), RunStatus::kFinished) << session.message();
+    FinishedRun session(scene, mesh, Analysis::kEquilibrium);
     for (std::size_t v = 0; v < is_held.size(); ++v) {
       const Vector3 exact = f * mesh.vertices[v];
       EXPECT_LT((session.state().position.segment<3>(3 * static_cast<Index>(v)) - exact).norm(),
@@ -72,8 +70,7 @@ TEST_P(NodalVolumeRules, KeepWhatTheyPromise) {
   const double limit = stable_step(scene);
   const double step = is_implicit(rule) ? 5.0 * limit : 0.3 * limit;
   scene.time = {rule, step, false, (is_implicit(rule) ? 200 : 3000) * step};
-  Session session(scene, mesh_of(scene));
-  ASSERT_EQ(session.run(), RunStatus::kFinished) << session.message();
+  FinishedRun session(scene);
   const Balance& balance = session.balance();
   EXPECT_LT(balance.linear_momentum_drift(), rule == Integrator::kBackwardEuler ? 1e-9 : 1e-12);
   if (rule != Integrator::kBackwardEuler) {
@@ -126,10 +123,7 @@ TEST_P(NodalVolumeRules, GoOnFromACheckpointWithTheSameBits) {
   scene.environment.kind = EnvironmentKind::kGravity;
   MaterialSettings softer = scene.material;
   softer.youngs_modulus = 0.8e6;
-  EventSettings event;
-  event.at = 12.0 * h;
-  event.edits = {SetMaterial{0, softer}};
-  scene.event.push_back(event);
+  scene.event.push_back({12.0 * h, {SetMaterial{0, softer}}, {}, {}});
   Session continued(scene, mesh_of(scene));
   for (int k = 0; k < 8; ++k) ASSERT_TRUE(continued.step()) << continued.message();
   const Checkpoint checkpoint = continued.checkpoint();
@@ -144,15 +138,7 @@ TEST_P(NodalVolumeRules, GoOnFromACheckpointWithTheSameBits) {
   EXPECT_NE(continued.balance().edit_work(), 0.0);
 }
 
-INSTANTIATE_TEST_SUITE_P(All, NodalVolumeRules,
-                         testing::Values(Integrator::kExplicit, Integrator::kVerlet,
-                                         Integrator::kMidpoint, Integrator::kBackwardEuler,
-                                         Integrator::kEnergyMomentum),
-                         [](const auto& test) {
-                           std::string name = to_string(test.param);
-                           std::replace(name.begin(), name.end(), '-', '_');
-                           return name;
-                         });
+INSTANTIATE_TEST_SUITE_P(All, NodalVolumeRules, testing::ValuesIn(all_rules()), name_of_rule);
 
 TEST(NodalVolumeSolvers, FindTheSameMotion) {
   for (const Integrator rule : {Integrator::kMidpoint, Integrator::kEnergyMomentum}) {
@@ -165,8 +151,7 @@ TEST(NodalVolumeSolvers, FindTheSameMotion) {
       scene.time = {rule, 5e-3, false, 0.1};
       scene.solver.linear = linear;
       scene.solver.tolerance = 1e-10;
-      Session session(scene, mesh_of(scene));
-      ASSERT_EQ(session.run(), RunStatus::kFinished) << session.message();
+      FinishedRun session(scene);
       EXPECT_LT(session.balance().max_relative_energy_drift(),
                 rule == Integrator::kMidpoint ? 0.05 : 1e-8);
       if (reference.size() == 0) reference = session.state().position;
@@ -184,10 +169,7 @@ TEST(NodalVolumeEdits, RefuseAMaterialWithoutAVolumetricPartAndChangeNothing) {
   EXPECT_THROW(session.apply(SetMaterial{0, stvk}, "stvk"), InputError);
   EXPECT_EQ(session.system().materials()[0].lame_range().most.lambda, before);
   EXPECT_TRUE(session.step()) << session.message();
-  EventSettings event;
-  event.at = 1e-3;
-  event.edits = {SetMaterial{0, stvk}};
-  scene.event.push_back(event);
+  scene.event.push_back({1e-3, {SetMaterial{0, stvk}}, {}, {}});
   EXPECT_THROW(Session(scene, mesh_of(scene)), InputError);
   scene.event.clear();
   scene.material = stvk;

@@ -3,12 +3,11 @@
 #include <cmath>
 #include <numbers>
 
-#include "support/bodies.h"
+#include "support/runs.h"
 #include "tetraction/dynamics/consistent_mass.h"
 #include "tetraction/dynamics/steppers/oscillator.h"
 #include "tetraction/dynamics/terms/rayleigh_damping.h"
 #include "tetraction/simulation/equilibrium.h"
-#include "tetraction/simulation/session.h"
 #include "tetraction/solver/normal_modes.h"
 
 namespace tetraction {
@@ -144,12 +143,8 @@ class DampedBeam {
     scene_.material.model = "stvk";
     scene_.material.youngs_modulus = kModulus;
     scene_.material.poissons_ratio = poissons_ratio;
-    FixSettings clamp;
-    clamp.select = SelectPlane{0, 0.0, {}};
-    FixSettings plane;  // bending along y only
-    plane.select = SelectPlane{2, 0.0, {}};
-    plane.components = {false, false, true};
-    scene_.fix = {clamp, plane};
+    scene_.fix = {fix(SelectPlane{0, 0.0, {}}),
+                  fix(SelectPlane{2, 0.0, {}}, {false, false, true})};  // bending along y only
     lame_ = initial_lame(make_material(scene_.material));
     system_ = make_system(scene_, mesh_);
     make_initial_state(scene_, *system_);

@@ -4,40 +4,30 @@
 #include <cmath>
 #include <numbers>
 
+#include "support/scene_parts.h"
 #include "tetraction/mesh/edge_vertices.h"
 #include "tetraction/simulation/equilibrium.h"
-#include "tetraction/simulation/scene_objects.h"
 
 namespace tetraction {
 namespace {
+
+using namespace testing_support;
 
 // Half of a column with hinged ends, 1 × 0.02 × 0.01 m: the plane x = 0 is its middle.
 Scene half_column(double load_ratio, int cells) {
   const double pi = std::numbers::pi;
   const double euler = pi * pi * 1e9 * 0.01 * 0.01 / 12.0;  // π²EI/L² over the cross-section
-  Scene scene;
-  scene.mesh.generate = GeneratorSettings{GeneratorKind::kBox, {0.5, 0.02, 0.01}, {cells, 1, 2}};
-  scene.material.model = "stvk";
-  scene.material.youngs_modulus = 1e9;
-  scene.material.poissons_ratio = 0.0;
-  FixSettings middle;
-  middle.select = SelectPlane{0, 0.0, {}};
-  middle.components = {true, false, false};
-  FixSettings side;
-  side.select = SelectPlane{1, 0.0, {}};
-  side.components = {false, true, false};
+  Scene scene =
+      scene_of({GeneratorKind::kBox, {0.5, 0.02, 0.01}, {cells, 1, 2}}, elastic(1e9, 0.0, "stvk"));
   FixSettings hinge;
   SelectSet end;
   end.operation = SetOperation::kAllOf;
   end.of = {{SelectPlane{0, 0.5, {}}}, {SelectPlane{2, 0.005, {}}}};
   hinge.select = end;
   hinge.components = {false, false, true};
-  scene.fix = {middle, side, hinge};
-  ForceSettings push;
-  push.kind = LoadKind::kTraction;
-  push.select = SelectPlane{0, 0.5, {}};
-  push.vector = Vector3(-load_ratio * euler, 0.0, 0.0);
-  scene.traction = {push};
+  scene.fix = {fix(SelectPlane{0, 0.0, {}}, {true, false, false}),
+               fix(SelectPlane{1, 0.0, {}}, {false, true, false}), hinge};
+  scene.traction = {traction(SelectPlane{0, 0.5, {}}, {-load_ratio * euler, 0.0, 0.0})};
   return scene;
 }
 

@@ -2,10 +2,8 @@
 #include <cmath>
 #include <vector>
 
-#include "support/bodies.h"
-#include "tetraction/dynamics/mechanical_system.h"
+#include "support/runs.h"
 #include "tetraction/mesh/edge_vertices.h"
-#include "tetraction/simulation/session.h"
 #include "tetraction/solver/normal_modes.h"
 
 namespace tetraction {
@@ -43,14 +41,8 @@ TEST(QuadraticBars, TorsionIsThatOfSaintVenant) {
 // A bar that meets a wall with the velocity v presses on it with ρ c v A until the wave comes back from its free
 // end at t = 2L/c (Saint-Venant 1867).
 TEST(QuadraticBars, ImpactOnAWall) {
-  Scene scene;
-  scene.mesh.generate = GeneratorSettings{GeneratorKind::kBox, {1.0, 0.05, 0.05}, {40, 1, 1}};
-  scene.material.youngs_modulus = 1e9;
-  scene.material.poissons_ratio = 0.0;
-  scene.material.density = 1000.0;
-  FixSettings wall;
-  wall.select = SelectPlane{0, 0.0, {}};
-  wall.components = {true, false, false};
+  Scene scene = scene_of({GeneratorKind::kBox, {1.0, 0.05, 0.05}, {40, 1, 1}}, elastic(1e9, 0.0));
+  FixSettings wall = fix(SelectPlane{0, 0.0, {}}, {true, false, false});
   scene.fix = {wall};
   scene.initial.velocity = {-0.1, 0.0, 0.0};
   scene.time = {Integrator::kVerlet, 2e-6, false, 2.4e-3};

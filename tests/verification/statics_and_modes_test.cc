@@ -3,8 +3,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "support/bodies.h"
-#include "tetraction/simulation/session.h"
+#include "support/runs.h"
 
 namespace tetraction {
 namespace {
@@ -79,20 +78,12 @@ TEST(FreeCube, ExactModeWithOrderTwo) {
 // the tip; one layer of linear tetrahedra locks by a known amount: 61.1e-3 × 65.54/66.10 for 6,720.
 // The state at rest is found by large backward Euler steps, which take the energy out.
 TEST(TurekHron, Csm1WithLinearTetrahedra) {
-  Scene scene;
-  scene.mesh.generate = GeneratorSettings{GeneratorKind::kBeam, {0.35, 0.02, 0.005}, {140, 8, 1}};
-  scene.material.model = "stvk";
-  scene.material.youngs_modulus = 1.4e6;
-  scene.material.poissons_ratio = 0.4;
+  Scene scene = scene_of({GeneratorKind::kBeam, {0.35, 0.02, 0.005}, {140, 8, 1}},
+                         elastic(1.4e6, 0.4, "stvk"));
   scene.time = {Integrator::kBackwardEuler, 1.0, false, 60.0};
   scene.environment = {EnvironmentKind::kGravity, 2.0, {0.0, -1.0, 0.0}};
-  FixSettings clamp;
-  clamp.select = SelectPlane{0, 0.0, {}};
-  FixSettings plane_strain;
-  plane_strain.components = {false, false, true};
-  scene.fix = {clamp, plane_strain};
-  Session session(scene, generate_mesh(*scene.mesh.generate));
-  ASSERT_EQ(session.run(), RunStatus::kFinished) << session.message();
+  scene.fix = {fix(SelectPlane{0, 0.0, {}}), fix(SelectAll{}, {false, false, true})};
+  FinishedRun session(scene);
   EXPECT_LT(session.balance().energies().kinetic(), 1e-12);
   const TetMesh& mesh = session.system().mesh();
   const Index tip = select_vertices(mesh, SelectNearest{{0.35, 0.01, 0.0}}).front();

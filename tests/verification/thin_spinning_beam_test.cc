@@ -1,9 +1,7 @@
 // A thin steel beam that spins: the residual of its steps is soon round-off, and its steps must cost no more for that.
 #include <cmath>
 
-#include "support/bodies.h"
-#include "tetraction/simulation/scene_objects.h"
-#include "tetraction/simulation/session.h"
+#include "support/runs.h"
 
 namespace tetraction {
 namespace {
@@ -16,11 +14,8 @@ class ThinSpinningBeam : public testing::TestWithParam<double> {
 
   // The energy and the angular momentum stay, in few iterations a step. Returns all those of the linear solvers.
   static Index linear_iterations(int cells, double tolerance) {
-    Scene scene;
-    scene.mesh.generate = GeneratorSettings{GeneratorKind::kBeam, {1.0, 0.02, 0.01}, {cells, 1, 1}};
-    scene.material.youngs_modulus = 2e11;
-    scene.material.poissons_ratio = 0.3;
-    scene.material.density = 7850.0;
+    Scene scene = scene_of({GeneratorKind::kBeam, {1.0, 0.02, 0.01}, {cells, 1, 1}},
+                           elastic(2e11, 0.3, 7850.0));
     scene.initial.angular_velocity = {0, 0, 10};
     scene.time = {Integrator::kEnergyMomentum, 1e-3, false, kSteps * 1e-3};
     scene.solver.tolerance = tolerance;

@@ -1,5 +1,4 @@
 // The same bits for any number of threads, with each instruction set.
-#include <gtest/gtest.h>
 
 #include <algorithm>
 #include <string>
@@ -13,8 +12,7 @@
 namespace tetraction {
 namespace {
 
-using testing_support::clamped_beam;
-using testing_support::mesh_of;
+using namespace testing_support;
 
 // More vertices than a piece of the loops over vertices, in a number that no vector divides.
 Scene body(Integrator rule) {
@@ -58,15 +56,7 @@ TEST_P(Threads, RunsAreBitwiseTheSame) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Rules, Threads,
-                         testing::Values(Integrator::kExplicit, Integrator::kVerlet,
-                                         Integrator::kMidpoint, Integrator::kBackwardEuler,
-                                         Integrator::kEnergyMomentum),
-                         [](const testing::TestParamInfo<Integrator>& rule) {
-                           std::string name = to_string(rule.param);
-                           std::replace(name.begin(), name.end(), '-', '_');
-                           return name;
-                         });
+INSTANTIATE_TEST_SUITE_P(Rules, Threads, testing::ValuesIn(all_rules()), name_of_rule);
 
 }  // namespace
 }  // namespace tetraction

@@ -5,6 +5,7 @@
 #include <random>
 #include <thread>
 
+#include "support/rules.h"
 #include "support/temporary_folder.h"
 #include "tetraction/io/scene_reader.h"
 #include "tetraction/io/scene_writer.h"
@@ -18,16 +19,9 @@ using namespace testing_support;
 // A body with one of everything.
 Scene rich_scene(Integrator integrator) {
   Scene scene = spinning_block(integrator, 1e-3, 0.1);
-  FixSettings fix;
-  fix.select = SelectPlane{0, 0.0, {}};
-  scene.fix = {fix};
-  ForceSettings force;
-  force.select = SelectNearest{{2, 1, 1}};
-  force.vector = {30, 0, 10};
-  scene.force = {force};
-  ConstraintSettings rod;
-  rod.vertices = {2, 11};
-  scene.constraint = {rod};
+  scene.fix = {fix(SelectPlane{0, 0.0, {}})};
+  scene.force = {load(SelectNearest{{2, 1, 1}}, {30, 0, 10})};
+  scene.constraint = {rod(2, 11)};
   return scene;
 }
 
@@ -55,32 +49,18 @@ std::vector<NamedEdit> every_kind(const Scene& scene) {
   ForceSettings changed = scene.force[0];
   changed.vector = {-20, 5, 0};
   changed.until = 0.5;
-  ForceSettings added;
-  added.select = SelectBox{{1, 0, 0}, {2, 1, 0}};
-  added.vector = {0, 4, 4};
+  ForceSettings added = load(SelectBox{{1, 0, 0}, {2, 1, 0}}, {0, 4, 4});
   FixSettings moved = scene.fix[0];
   moved.offset = Vector3(0.01, 0.0, 0.02);
-  FixSettings dragged;
-  dragged.select = SelectNearest{{2, 0, 1}};
+  FixSettings dragged = moving(SelectNearest{{2, 0, 1}}, {0.0, 0.1, 0.0});
   dragged.offset = Vector3(0.02, 0.01, 0.0);
-  dragged.velocity = {0.0, 0.1, 0.0};
-  FixSettings spring;
-  spring.select = SelectVertices{{2}};
-  spring.is_penalty = true;
-  spring.penalty = 400.0;
+  FixSettings spring = springs(SelectVertices{{2}}, 400.0);
   ConstraintSettings longer = scene.constraint[0];
   longer.length = 1.43;
-  ConstraintSettings plane;
-  plane.kind = ConstraintKind::kPlane;
-  plane.select = SelectNearest{{2, 0, 0}};
-  plane.direction = {1, 1, 1};
-  MomentumSettings kick;
-  kick.select = SelectPlane{0, 2.0, {}};
-  kick.value = {0, 3, 1};
-  ShiftSettings shift;
-  shift.vertices = {8, 5};
-  shift.displacement = {{0.02, 0.0, 0.01}, {0.0, 0.01, 0.0}};
-  shift.impulse = {{1, 2, 3}, {0, 0, -5}};
+  ConstraintSettings plane = on_plane(SelectNearest{{2, 0, 0}}, {1, 1, 1});
+  const MomentumSettings kick{SelectPlane{0, 2.0, {}}, {0, 3, 1}, {}};
+  const ShiftSettings shift{
+      {8, 5}, {{0.02, 0.0, 0.01}, {0.0, 0.01, 0.0}}, {{1, 2, 3}, {0, 0, -5}}, {}};
   return {
       {"material", SetMaterial{0, rubber}},
       {"time", SetTime{time}},
@@ -132,11 +112,7 @@ class UndoneEdits : public testing::TestWithParam<Integrator> {};
 INSTANTIATE_TEST_SUITE_P(Rules, UndoneEdits,
                          testing::Values(Integrator::kVerlet, Integrator::kMidpoint,
                                          Integrator::kBackwardEuler),
-                         [](const auto& parameter) {
-                           std::string name = to_string(parameter.param);
-                           std::erase(name, '-');
-                           return name;
-                         });
+                         name_of_rule);
 
 TEST_P(UndoneEdits, AtOnceEverythingIsAsItWas) {
   const Scene scene = rich_scene(GetParam());
@@ -153,8 +129,7 @@ TEST_P(UndoneEdits, AtOnceEverythingIsAsItWas) {
     EXPECT_EQ(simulation->redo_text(), "");
     const auto edited = simulation->snapshot();
     const std::string edited_text = text_of(*simulation);
-    simulation->undo();
-    settle(*simulation);
+    undo(*simulation);
     expect_no_notices(*simulation);
     EXPECT_EQ(simulation->undo_text(), "");
     EXPECT_EQ(simulation->redo_text(), named.name);
@@ -163,8 +138,7 @@ TEST_P(UndoneEdits, AtOnceEverythingIsAsItWas) {
     EXPECT_LT((undone->position - before->position).norm(), 1e-12);
     EXPECT_LT((undone->momentum - before->momentum).norm(),
               momentum_round_off(GetParam()) * before->momentum.norm());
-    simulation->redo();
-    settle(*simulation);
+    redo(*simulation);
     expect_no_notices(*simulation);
     EXPECT_EQ(text_of(*simulation), edited_text);
     EXPECT_LT((simulation->snapshot()->position - edited->position).norm(), 1e-12);
@@ -237,8 +211,7 @@ TEST(EditHistory, ADragIsUndoneInOne) {
   const auto simulation = simulation_of(scene);
   make_steps(*simulation, 5);
   const auto before = simulation->snapshot();
-  FixSettings held;
-  held.select = SelectVertices{{4}};
+  FixSettings held = fix(SelectVertices{{4}});
   const Vector3 start = before->position.segment<3>(3 * 4);
   held.target = start;
   simulation->edit(SetFix{std::nullopt, held}, "drag vertex 4");
@@ -252,8 +225,7 @@ TEST(EditHistory, ADragIsUndoneInOne) {
   simulation->edit(Unfix{SelectAll{}, {}, kNewest}, "drag vertex 4", true);
   settle(*simulation);
   EXPECT_EQ(simulation->snapshot()->fixed[4], 0);
-  simulation->undo();
-  settle(*simulation);
+  undo(*simulation);
   EXPECT_LT((simulation->snapshot()->position - before->position).norm(), 1e-14);
   EXPECT_EQ(simulation->undo_text(), "");
   simulation->redo();
@@ -271,10 +243,7 @@ TEST(EditHistory, TheOppositeImpulseIsGivenLater) {
   const auto simulation = simulation_of(scene);
   make_steps(*simulation, 5);
   const Vector3 before = simulation->history(0).back().linear_momentum;
-  MomentumSettings kick;
-  kick.select = SelectPlane{0, 2.0, {}};
-  kick.value = {0, 30, 0};
-  simulation->edit(SetMomentum{kick}, "kick");
+  simulation->edit(SetMomentum{{SelectPlane{0, 2.0, {}}, {0, 30, 0}, {}}}, "kick");
   make_steps(*simulation, 5);
   EXPECT_GT((simulation->history(0).back().linear_momentum - before).norm(), 1.0);
   simulation->undo();
@@ -286,8 +255,7 @@ TEST(EditHistory, ANewEditEndsWhatCouldBeRedone) {
   const auto simulation = simulation_of(spinning_block(Integrator::kVerlet, 1e-3, 0.1));
   simulation->edit(SetDamping{{.drag = 1.0}}, "one");
   simulation->edit(SetDamping{{.drag = 2.0}}, "two");
-  simulation->undo();
-  settle(*simulation);
+  undo(*simulation);
   EXPECT_EQ(simulation->settings().damping.drag, 1.0);
   EXPECT_EQ(simulation->undo_text(), "one");
   EXPECT_EQ(simulation->redo_text(), "two");
@@ -410,8 +378,7 @@ TEST(Simulation, SurvivesRandomEdits) {
       ASSERT_TRUE(snapshot->position.allFinite());
     }
     simulation->pause();
-    simulation->go_back();
-    settle(*simulation);
+    go_back(*simulation);
     for (const Notice& notice : simulation->take_notices()) EXPECT_FALSE(notice.text.empty());
     if (simulation->snapshot()->step == 0) continue;
     expect_bitwise_equal(history_of_run(simulation->recorded_scene(), simulation->mesh()),

@@ -4,10 +4,9 @@
 
 #include "io/text/output_file.h"
 #include "support/gated_material.h"
+#include "support/runs.h"
 #include "support/temporary_folder.h"
-#include "tetraction/core/error.h"
 #include "tetraction/io/run_recorder.h"
-#include "tetraction/simulation/session.h"
 #include "viewer_support.h"
 
 namespace tetraction::viewer {
@@ -65,13 +64,9 @@ TEST(SimulationObserver, SeesTheStepsFromNowOnUntilItIsTakenAway) {
 
 // A step that takes very long.
 Scene falling_hard() {
-  Scene scene;
-  scene.mesh.generate = GeneratorSettings{GeneratorKind::kBeam, {4, 1, 1}, {48, 16, 16}};
-  scene.material.youngs_modulus = 1e6;
-  scene.material.poissons_ratio = 0.4;
+  Scene scene = scene_of({GeneratorKind::kBeam, {4, 1, 1}, {48, 16, 16}}, elastic(1e6, 0.4));
   scene.time = {Integrator::kMidpoint, 10.0, false, 1000.0};
-  scene.environment.kind = EnvironmentKind::kGravity;
-  scene.environment.strength = 300.0;
+  scene.environment = gravity(300.0);
   scene.solver.tolerance = 1e-13;
   scene.solver.max_iterations = 1000000;
   scene.fix.resize(1);

@@ -9,15 +9,10 @@ namespace {
 using namespace testing_support;
 
 Scene beam_scene() {
-  Scene scene;
-  scene.mesh.generate = GeneratorSettings{GeneratorKind::kBox, {2, 1, 1}, {4, 2, 2}};
-  scene.material.youngs_modulus = 1e5;
-  scene.material.poissons_ratio = 0.3;
+  Scene scene = scene_of({GeneratorKind::kBox, {2, 1, 1}, {4, 2, 2}}, elastic(1e5, 0.3));
   scene.time = {Integrator::kVerlet, 1e-3, false, 1.0};
   scene.initial.velocity = {0.3, -0.2, 0.5};
-  FixSettings clamp;
-  clamp.select = SelectPlane{0, 0.0, {}};
-  scene.fix.push_back(clamp);
+  scene.fix.push_back(fix(SelectPlane{0, 0.0, {}}));
   return scene;
 }
 
@@ -27,9 +22,7 @@ std::size_t held(const Simulation& simulation) {
 }
 
 FixSettings fix_of(std::vector<std::int64_t> ids) {
-  FixSettings fix;
-  fix.select = SelectVertices{std::move(ids)};
-  return fix;
+  return fix(SelectVertices{std::move(ids)});
 }
 
 TEST(Restart, KeepsSettingsAndGoesBackToTheStart) {
@@ -45,8 +38,7 @@ TEST(Restart, KeepsSettingsAndGoesBackToTheStart) {
   simulation->edit(SetTime{{Integrator::kMidpoint, 2e-3, false, 1.0}}, "midpoint");
   simulation->edit(SetDamping{{.viscosity = 80.0}}, "viscosity 80 Pa s");
   make_steps(*simulation, 5);
-  simulation->restart();
-  settle(*simulation);
+  restart(*simulation);
   expect_no_notices(*simulation);
   const auto again = simulation->snapshot();
   EXPECT_EQ(again->step, 0);
@@ -78,20 +70,16 @@ TEST(Restart, EachKeptSettingCanBeUndone) {
   simulation->edit(SetDamping{{.viscosity = 50.0}}, "viscosity");
   make_steps(*simulation, 3);
   simulation->edit(SetTime{{Integrator::kMidpoint, 2e-3, false, 1.0}}, "midpoint");
-  simulation->restart();
-  settle(*simulation);
+  restart(*simulation);
   EXPECT_EQ(simulation->undo_text(), "midpoint");
-  simulation->undo();
-  settle(*simulation);
+  undo(*simulation);
   EXPECT_EQ(simulation->settings().time.step, 1e-3);
   EXPECT_EQ(simulation->undo_text(), "viscosity");
-  simulation->undo();
-  settle(*simulation);
+  undo(*simulation);
   EXPECT_EQ(simulation->settings().damping.viscosity, 0.0);
   EXPECT_EQ(simulation->undo_text(), "");
   // What is undone is not kept.
-  simulation->restart();
-  settle(*simulation);
+  restart(*simulation);
   EXPECT_EQ(simulation->undo_text(), "");
   EXPECT_TRUE(simulation->recorded_scene().event.empty());
 }
@@ -115,8 +103,7 @@ TEST(Restart, KeepsWhatIsFixedAndReleased) {
   at.targets = {place};
   simulation->edit(SetFix{std::nullopt, at}, "Fix vertex at a place");
   make_steps(*simulation, 20);
-  simulation->restart();
-  settle(*simulation);
+  restart(*simulation);
   expect_no_notices(*simulation);
   const auto again = simulation->snapshot();
   EXPECT_EQ(held(*simulation), clamped + 2 - 1);
@@ -139,21 +126,12 @@ TEST(Restart, ForcesStayMovesAndKicksAreOver) {
   make_steps(*simulation, 5);
   const Index n = simulation->mesh().vertex_count();
   const std::int64_t tip = simulation->mesh().vertex_id(n - 1);
-  ForceSettings pull;
-  pull.select = SelectVertices{{tip}};
-  pull.vector = {0.0, 7.0, 0.0};
+  ForceSettings pull = load(SelectVertices{{tip}}, {0.0, 7.0, 0.0});
   simulation->edit(SetForce{std::nullopt, pull}, "Force");
-  MomentumSettings kick;
-  kick.select = SelectVertices{{tip}};
-  kick.value = {0.0, 0.0, 3.0};
-  simulation->edit(SetMomentum{kick}, "Momentum");
-  ShiftSettings shift;
-  shift.vertices = {tip};
-  shift.displacement = {Vector3(0.01, 0.0, 0.0)};
-  simulation->edit(ShiftState{shift}, "Move");
+  simulation->edit(SetMomentum{{SelectVertices{{tip}}, {0.0, 0.0, 3.0}, {}}}, "Momentum");
+  simulation->edit(ShiftState{{{tip}, {Vector3(0.01, 0.0, 0.0)}, {}, {}}}, "Move");
   make_steps(*simulation, 5);
-  simulation->restart();
-  settle(*simulation);
+  restart(*simulation);
   const auto again = simulation->snapshot();
   EXPECT_EQ(again->position, start->position);
   EXPECT_EQ(again->momentum, start->momentum);
@@ -163,16 +141,12 @@ TEST(Restart, ForcesStayMovesAndKicksAreOver) {
 
 TEST(Restart, TheScenesEventsHappenAgainAtTheirTimes) {
   Scene scene = beam_scene();
-  EventSettings event;
-  event.at = 5e-3;
-  event.edits = {SetDamping{{.viscosity = 50.0}}};
-  scene.event.push_back(event);
+  scene.event.push_back({5e-3, {SetDamping{{.viscosity = 50.0}}}, {}, {}});
   const auto simulation = simulation_of(scene);
   make_steps(*simulation, 10);
   EXPECT_EQ(simulation->settings().damping.viscosity, 50.0);
   simulation->edit(SetTime{{Integrator::kMidpoint, 1e-3, false, 1.0}}, "midpoint");
-  simulation->restart();
-  settle(*simulation);
+  restart(*simulation);
   EXPECT_EQ(simulation->settings().damping.viscosity, 0.0);
   EXPECT_EQ(simulation->settings().time.integrator, Integrator::kMidpoint);
   make_steps(*simulation, 10);
@@ -207,10 +181,7 @@ TEST(Restart, TheRecordedSceneOfAdaptiveStepsReplaysBitwise) {
       scene.time.adapt = adapt;
       scene.time.tolerance = 1e-5;
       scene.event.clear();
-      EventSettings event;
-      event.at = 1.7 * scene.time.step;
-      event.edits = {SetDamping{{.viscosity = 5.0}}};
-      scene.event.push_back(event);
+      scene.event.push_back({1.7 * scene.time.step, {SetDamping{{.viscosity = 5.0}}}, {}, {}});
       const auto simulation = simulation_of(scene);
       make_steps(*simulation, 9);
       const auto snapshot = simulation->snapshot();
@@ -237,8 +208,7 @@ TEST(Restart, AfterAFailureAndWithTheMouseHoldingAVertex) {
   make_steps(*simulation, 10);
   ASSERT_EQ(simulation->snapshot()->status, RunStatus::kUnstable);
   simulation->release();
-  simulation->restart();
-  settle(*simulation);
+  restart(*simulation);
   EXPECT_EQ(simulation->snapshot()->status, RunStatus::kRunning);
   EXPECT_EQ(held(*simulation), clamped);
   EXPECT_EQ(simulation->settings().time.step, 1.0);

@@ -1,4 +1,3 @@
-#include "viewer/simulation.h"
 
 #include <chrono>
 #include <cmath>
@@ -75,16 +74,14 @@ TEST(Simulation, RunsPastTheEndOfTheSceneUntilItIsPaused) {
   EXPECT_EQ(simulation->snapshot()->step, paused->step);
   const std::vector<HistoryRow> rows = simulation->history(0);
   EXPECT_EQ(rows.back().step, paused->step);
-  simulation->step();
-  settle(*simulation);
+  make_steps(*simulation, 1);
   EXPECT_EQ(simulation->snapshot()->step, paused->step + 1);
 }
 
 TEST(Simulation, AStepWhileRunningPauses) {
   const auto simulation = simulation_of(small_scene());
   simulation->run();
-  simulation->step();
-  settle(*simulation);
+  make_steps(*simulation, 1);
   EXPECT_FALSE(simulation->snapshot()->running);
   EXPECT_GE(simulation->snapshot()->step, 1);
 }
@@ -121,8 +118,7 @@ TEST(Simulation, AnEditIsInForceAtTheNextStep) {
   EnvironmentSettings gravity;
   gravity.kind = EnvironmentKind::kGravity;
   simulation->edit(SetEnvironment{gravity}, "gravity");
-  simulation->step();
-  settle(*simulation);
+  make_steps(*simulation, 1);
   const std::vector<HistoryRow> rows = simulation->history(10);
   ASSERT_EQ(rows.size(), 2U);
   const double change = rows[1].linear_momentum.y() - rows[0].linear_momentum.y();
@@ -159,8 +155,7 @@ TEST(Simulation, ARefusedEditLeavesEverythingAsItWas) {
   wrong.poissons_ratio = 0.7;
   MaterialSettings heavier = scene.material;
   heavier.density = 2000.0;
-  FixSettings nothing;
-  nothing.select = SelectGroup{"nowhere"};
+  FixSettings nothing = fix(SelectGroup{"nowhere"});
   EnvironmentSettings upward;
   upward.strength = -1.0;
   TimeSettings backward = scene.time;
@@ -222,14 +217,12 @@ TEST(Simulation, ABlowUpPausesAndOffersTheLastGoodState) {
   simulation->run();
   simulation->step();
   simulation->edit(SetTime{scene.time}, "fine");
-  simulation->undo();
-  settle(*simulation);
+  undo(*simulation);
   EXPECT_EQ(simulation->take_notices().size(), 4U);
   EXPECT_EQ(simulation->snapshot()->step, failed->step);
 
   const std::size_t generation = simulation->history_generation();
-  simulation->go_back();
-  settle(*simulation);
+  go_back(*simulation);
   const auto good = simulation->snapshot();
   EXPECT_EQ(good->status, RunStatus::kRunning);
   EXPECT_TRUE(good->message.empty());
@@ -258,8 +251,7 @@ TEST(Simulation, GoesOnAfterAStepThatDidNotConverge) {
   hopeless.max_iterations = 1;
   hopeless.tolerance = 1e-13;
   simulation->edit(SetSolver{hopeless}, "one iteration");
-  simulation->step();
-  settle(*simulation);
+  make_steps(*simulation, 1);
   EXPECT_EQ(simulation->snapshot()->status, RunStatus::kNotConverged);
   EXPECT_EQ(simulation->snapshot()->step, 10);
   simulation->go_back();
@@ -341,10 +333,7 @@ TEST(Simulation, KeepsToTheSpeedLimitAndReactsAtOnce) {
 
 TEST(Simulation, ColoursByWhatIsAskedFor) {
   Scene scene = small_scene();
-  MaterialRegionSettings half;
-  half.select = SelectBox{{1, 0, 0}, {2, 1, 1}};
-  half.material = scene.material;
-  scene.material_region = {half};
+  scene.material_region = {{SelectBox{{1, 0, 0}, {2, 1, 1}}, scene.material, {}}};
   const auto simulation = simulation_of(scene);
   make_steps(*simulation, 3);
   const TetMesh& mesh = simulation->mesh();
@@ -395,11 +384,8 @@ TEST(Simulation, ColoursOfQuadraticTetrahedraAreThoseOfTheirVertices) {
 
 TEST(Simulation, ShowsForcesAndHeldVerticesOfTheNextStep) {
   const auto simulation = simulation_of(small_scene());
-  ForceSettings force;
-  force.select = SelectVertices{{3}};
-  force.vector = {0, 7, 0};
-  FixSettings fix;
-  fix.select = SelectVertices{{5}};
+  ForceSettings force = load(SelectVertices{{3}}, {0, 7, 0});
+  FixSettings fix = testing_support::fix(SelectVertices{{5}});
   simulation->edit(SetForce{std::nullopt, force}, "force");
   simulation->edit(SetFix{std::nullopt, fix}, "fix");
   settle(*simulation);
@@ -435,23 +421,18 @@ TEST(Simulation, ASettingOfASliderThatWaitsGivesWayToTheNext) {
   settle(*simulation);
   EXPECT_EQ(simulation->settings().damping.viscosity, 50.0);
   EXPECT_LE(simulation->marks().size(), 50U);
-  simulation->undo();
-  settle(*simulation);
+  undo(*simulation);
   EXPECT_EQ(simulation->settings().damping.viscosity, 0.0) << "all of it is one edit";
 }
 
 TEST(Simulation, AnEventThatDoesNotFitIsANoticeAndTheRunGoesOn) {
   Scene scene = small_scene();
-  FixSettings far;
-  far.select = SelectVertices{{0}};
+  FixSettings far = fix(SelectVertices{{0}});
   far.target = Vector3(100, 0, 0);
   FixSettings slower = far;
   slower.velocity = {1, 0, 0};
-  EventSettings event;
-  event.at = 0.005;
-  event.edits = {SetFix{std::nullopt, far}, SetFix{0, slower}, SetDamping{{.drag = 3.0}}};
-  event.echo = "{}";
-  scene.event = {event};
+  scene.event = {
+      {0.005, {SetFix{std::nullopt, far}, SetFix{0, slower}, SetDamping{{.drag = 3.0}}}, "{}", {}}};
   const auto simulation = simulation_of(scene);
   make_steps(*simulation, 10);
   EXPECT_EQ(simulation->take_notices().size(), 2U);
@@ -480,15 +461,12 @@ TEST(Simulation, TellsWhetherThereAreEditsSinceACount) {
   settle(*simulation);
   EXPECT_TRUE(simulation->edited_since(saved));
   simulation->undo();
-  simulation->undo();
-  settle(*simulation);
+  undo(*simulation);
   EXPECT_FALSE(simulation->edited_since(0)) << "all edits are undone";
-  simulation->redo();
-  settle(*simulation);
+  redo(*simulation);
   EXPECT_TRUE(simulation->edited_since(saved));
   const std::size_t saved_again = simulation->edit_count();
-  simulation->restart();
-  settle(*simulation);
+  restart(*simulation);
   EXPECT_FALSE(simulation->edited_since(saved_again)) << "the user has changed nothing";
   simulation->reset();
   settle(*simulation);

@@ -14,15 +14,10 @@ using namespace testing_support;
 class VertexDrags : public ::testing::Test {
  protected:
   static Scene beam_scene(Integrator integrator, double step) {
-    Scene scene;
-    scene.mesh.generate = GeneratorSettings{GeneratorKind::kBox, {1.2, 0.3, 0.3}, {8, 2, 2}};
-    scene.material.youngs_modulus = 1.5e6;
-    scene.material.poissons_ratio = 0.4;
+    Scene scene = scene_of({GeneratorKind::kBox, {1.2, 0.3, 0.3}, {8, 2, 2}}, elastic(1.5e6, 0.4));
     scene.damping.viscosity = 50.0;
     scene.time = {integrator, step, false, 1.0};
-    FixSettings clamp;
-    clamp.select = SelectPlane{0, 0.0, {}};
-    scene.fix.push_back(clamp);
+    scene.fix.push_back(fix(SelectPlane{0, 0.0, {}}));
     return scene;
   }
   void open(const Scene& scene) {
@@ -78,8 +73,7 @@ TEST_F(VertexDrags, StopAtTheGoalWhoeverLooks) {
     EXPECT_LT((tip() - goal).norm(), 1e-6) << to_string(integrator);
     EXPECT_LT(vertex_block(simulation_->snapshot()->velocity, tip_).norm(), 1e-9);
     EXPECT_TRUE(is_held());
-    simulation_->release();
-    settle(*simulation_);
+    release(*simulation_);
     EXPECT_FALSE(is_held());
     expect_nothing_refused();
   }
@@ -128,8 +122,7 @@ TEST_F(VertexDrags, SeveralKeepTheirPlacesBesideTheFirst) {
   run_unseen(200);
   EXPECT_LT((tip() - start_ - Vector3(0.0, 0.05, 0.0)).norm(), 1e-6);
   EXPECT_LT((offset() - beside).norm(), 1e-9);
-  simulation_->release();
-  settle(*simulation_);
+  release(*simulation_);
   EXPECT_FALSE(is_held());
   EXPECT_EQ(simulation_->undo_text(), "Drag 2 vertices");
 }
@@ -147,8 +140,7 @@ TEST_F(VertexDrags, AFixedVertexStaysFixedWhereItIsLeft) {
   EXPECT_LT(
       (vertex_block(simulation_->snapshot()->position, 0) - clamp - Vector3(0.0, 0.02, 0.0)).norm(),
       1e-6);
-  simulation_->undo();
-  settle(*simulation_);
+  undo(*simulation_);
   EXPECT_EQ(simulation_->snapshot()->fixed[0], 1);
 }
 
@@ -161,10 +153,8 @@ TEST_F(VertexDrags, AreReleasedAfterAFailure) {
   simulation_->drag_to(start_ + Vector3(0.0, 0.02, 0.0));
   ASSERT_EQ(simulation_->snapshot()->status, RunStatus::kUnstable);
   simulation_->take_notices();  // of the steps that were asked for in vain
-  simulation_->release();
-  settle(*simulation_);
-  simulation_->go_back();
-  settle(*simulation_);
+  release(*simulation_);
+  go_back(*simulation_);
   EXPECT_EQ(simulation_->snapshot()->status, RunStatus::kRunning);
   EXPECT_FALSE(is_held());
   expect_nothing_refused();
@@ -176,8 +166,7 @@ TEST_F(VertexDrags, EndWithUndo) {
   simulation_->drag_to(start_ + Vector3(0.0, 0.02, 0.0));
   simulation_->undo();
   simulation_->drag_to(start_ + Vector3(0.0, 0.04, 0.0));
-  simulation_->release();
-  settle(*simulation_);
+  release(*simulation_);
   EXPECT_FALSE(is_held());
   EXPECT_LT((tip() - start_).norm(), 1e-15);
   expect_nothing_refused();
@@ -208,12 +197,10 @@ TEST_F(VertexDrags, StopWhereAnElementWouldBeInverted) {
   EXPECT_LT((tip() - better).norm(), 1e-15);
   EXPECT_TRUE(is_held());
   simulation_->drag_to(start_ - Vector3(0.5, 0.0, 0.0));
-  simulation_->release();
-  settle(*simulation_);
+  release(*simulation_);
   EXPECT_FALSE(is_held());
   simulation_->take_notices();
-  simulation_->undo();
-  settle(*simulation_);
+  undo(*simulation_);
   EXPECT_LT((tip() - start_).norm(), 1e-15);
   expect_nothing_refused();
 }

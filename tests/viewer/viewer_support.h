@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "support/bodies.h"
+#include "support/scene_parts.h"
 #include "tetraction/core/blas.h"
 #include "tetraction/simulation/scene_objects.h"
 #include "viewer/history_log.h"
@@ -16,10 +17,6 @@
 namespace tetraction::viewer::testing_support {
 
 using namespace tetraction::testing_support;
-
-inline TetMesh mesh_of(const Scene& scene) {
-  return generate_mesh(*scene.mesh.generate);
-}
 
 /// A body that spins and is held nowhere, paused.
 inline std::unique_ptr<Simulation> simulation_of(const Scene& scene) {
@@ -33,6 +30,28 @@ inline void settle(const Simulation& simulation) {
 
 inline void make_steps(Simulation& simulation, int count) {
   for (int i = 0; i < count; ++i) simulation.step();
+  settle(simulation);
+}
+
+/// These wait for what they do.
+inline void undo(Simulation& simulation) {
+  simulation.undo();
+  settle(simulation);
+}
+inline void redo(Simulation& simulation) {
+  simulation.redo();
+  settle(simulation);
+}
+inline void restart(Simulation& simulation) {
+  simulation.restart();
+  settle(simulation);
+}
+inline void go_back(Simulation& simulation) {
+  simulation.go_back();
+  settle(simulation);
+}
+inline void release(Simulation& simulation) {
+  simulation.release();
   settle(simulation);
 }
 

@@ -52,8 +52,7 @@ TEST_F(Charts, AxesAreThereWithoutLines) {
     return pixels(image, [](QRgb c) { return !differ(c, qRgb(225, 225, 225)); }).size();
   };
   EXPECT_GT(lines(), 500U);
-  press_key(Qt::Key_S);
-  settle();
+  press_and_settle(Qt::Key_S);
   for (const char* series : {"series_0", "series_1", "series_2", "series_3"}) click(series);
   EXPECT_GT(lines(), 500U);
 }
@@ -87,8 +86,7 @@ TEST_F(Charts, EditsAreMarkedOnTheTimeAxis) {
   run_to(state().time + 0.2);
   EXPECT_EQ(marks(), 2);
   keep_picture("chart_marks");
-  press_key(Qt::Key_R);
-  settle();
+  press_and_settle(Qt::Key_R);
   EXPECT_EQ(marks(), 0);
 }
 
@@ -154,12 +152,8 @@ TEST(ChartSeries, ThinningKeepsSpikes) {
 
 // A row has values of probes; NaN where there are none.
 TEST(ChartSeries, OfProbesLeaveRowsWithoutValuesOut) {
-  ProbeSettings tip;
-  tip.name = "tip";
-  ProbeSettings stress;
-  stress.name = "s";
-  stress.quantity = ProbeQuantity::kVonMises;
-  const std::vector<ChartProbe> probes = chart_probes({tip, stress});
+  const std::vector<ChartProbe> probes = chart_probes(
+      {probe_of("tip", ProbeQuantity::kDisplacement), probe_of("s", ProbeQuantity::kVonMises)});
   ASSERT_EQ(probes.size(), 2U);
   EXPECT_EQ(probes[0].axis, "tip: displacement [m]");
   EXPECT_EQ(probes[1].axis, "s: von mises [Pa]");
@@ -188,13 +182,8 @@ TEST_F(Charts, OfProbesAreDrawnLive) {
   auto* tabs = find<QTabBar>("chart_tabs");
   EXPECT_EQ(tabs->count(), 5);
   Document document = first_scene();
-  ProbeSettings tip;
-  tip.name = "tip";
-  tip.select = SelectPlane{0, 1.2, {}};
-  ProbeSettings load;
-  load.name = "grip";
-  load.quantity = ProbeQuantity::kReaction;
-  document.scene.probe = {tip, load};
+  document.scene.probe = {probe_of("tip", ProbeQuantity::kDisplacement, SelectPlane{0, 1.2, {}}),
+                          probe_of("grip", ProbeQuantity::kReaction)};
   show(std::move(document));
   ASSERT_EQ(tabs->count(), 6);
   run_to(0.3);

@@ -6,7 +6,6 @@
 #include <QSpinBox>
 
 #include "dialogs.h"
-#include "viewer/gui/widgets/number_field.h"
 #include "window_test.h"
 
 namespace tetraction::viewer {
@@ -29,8 +28,7 @@ TEST_F(Controls, SpaceRunsAndPauses) {
   EXPECT_FALSE(state().running);
   press_key(Qt::Key_Space);
   EXPECT_TRUE(wait_for([&] { return state().running && state().step > 2; }));
-  press_key(Qt::Key_Space);
-  settle();
+  press_and_settle(Qt::Key_Space);
   EXPECT_FALSE(state().running);
   const Index step = state().step;
   wait(200);
@@ -39,19 +37,15 @@ TEST_F(Controls, SpaceRunsAndPauses) {
 
 TEST_F(Controls, StepAndRestartByKeyAndButton) {
   show(quiet_beam());
-  press_key(Qt::Key_S);
-  settle();
+  press_and_settle(Qt::Key_S);
   EXPECT_EQ(state().step, 1);
-  QTest::mouseClick(find<QPushButton>("step"), Qt::LeftButton);
-  settle();
+  push("step");
   EXPECT_EQ(state().step, 2);
-  press_key(Qt::Key_R);
-  settle();
+  press_and_settle(Qt::Key_R);
   EXPECT_EQ(state().step, 0);
   QTest::mouseClick(find<QPushButton>("run"), Qt::LeftButton);
   EXPECT_TRUE(wait_for([&] { return state().step > 1; }));
-  QTest::mouseClick(find<QPushButton>("restart"), Qt::LeftButton);
-  settle();
+  push("restart");
   EXPECT_EQ(state().step, 0);
   EXPECT_FALSE(state().running);
 }
@@ -59,11 +53,7 @@ TEST_F(Controls, StepAndRestartByKeyAndButton) {
 TEST_F(Controls, StepSizeIntegratorAndSolver) {
   show(quiet_beam());
   auto* field = find<NumberSlider>("step_size")->field();
-  field->setFocus();
-  field->selectAll();
-  QTest::keyClicks(field, "0.002");
-  QTest::keyClick(field, Qt::Key_Return);
-  settle();
+  enter(field, "0.002");
   EXPECT_EQ(window_->simulation()->settings().time.step, 0.002);
 
   auto* integrator = find<QComboBox>("integrator");
@@ -80,10 +70,7 @@ TEST_F(Controls, StepSizeIntegratorAndSolver) {
   settle();
   EXPECT_EQ(window_->simulation()->settings().time.integrator, Integrator::kBackwardEuler);
   auto* tolerance = find<NumberField>("tolerance");
-  tolerance->setFocus();
-  tolerance->selectAll();
-  QTest::keyClicks(tolerance, "1e-6");
-  QTest::keyClick(tolerance, Qt::Key_Return);
+  type(tolerance, "1e-6");
   auto* solver = find<QComboBox>("solver");
   solver->setFocus();
   QTest::keyClick(solver, Qt::Key_End);  // Ceres
@@ -94,8 +81,7 @@ TEST_F(Controls, StepSizeIntegratorAndSolver) {
 
 TEST_F(Controls, AdaptiveStepsAndRetries) {
   show(quiet_beam());
-  window_->simulation()->edit(SetTime{{Integrator::kMidpoint, 0.002, false, 1000.0}}, "Midpoint");
-  settle();
+  make_edit(SetTime{{Integrator::kMidpoint, 0.002, false, 1000.0}}, "Midpoint");
   const auto time = [this] { return window_->simulation()->settings().time; };
   auto* tolerance = find<NumberField>("step_tolerance");
   auto* retry = find<QSpinBox>("retry");
@@ -113,11 +99,7 @@ TEST_F(Controls, AdaptiveStepsAndRetries) {
   EXPECT_EQ(time().retry, 0);
   EXPECT_FALSE(retry->isEnabled());
   EXPECT_EQ(retry->value(), 0);
-  tolerance->setFocus();
-  tolerance->selectAll();
-  QTest::keyClicks(tolerance, "1e-5");
-  QTest::keyClick(tolerance, Qt::Key_Return);
-  settle();
+  enter(tolerance, "1e-5");
   EXPECT_EQ(time().tolerance, 1e-5);
   keep_picture("adaptive");
 
@@ -139,13 +121,9 @@ TEST_F(Controls, NumbersOutOfRangeAreRefusedWithTheRange) {
   show(quiet_beam());
   auto* field = find<NumberSlider>("step_size")->field();
   const double before = field->value();
-  field->setFocus();
-  field->selectAll();
-  QTest::keyClicks(field, "-3");
-  QTest::keyClick(field, Qt::Key_Return);
+  type(field, "-3");
   wait();
-  EXPECT_TRUE(window_->messages()->text().contains(QStringLiteral("above 0")))
-      << window_->messages()->text().toStdString();
+  expect_told(QStringLiteral("above 0"));
   keep_picture("refused");
   EXPECT_EQ(field->value(), before);
   QTest::keyClick(field, Qt::Key_Escape);
@@ -155,14 +133,10 @@ TEST_F(Controls, NumbersOutOfRangeAreRefusedWithTheRange) {
 }
 
 TEST_F(Controls, LimitTurnsRedAndBlowUpOffersTheWayBack) {
-  Document document = quiet_beam();
-  document.scene.environment.kind = EnvironmentKind::kGravity;
-  document.scene.damping = {};
-  show(std::move(document));
+  show(falling_beam());
   const double limit = state().stable_step;
   ASSERT_GT(limit, 0.0);
-  window_->simulation()->edit(SetTime{{Integrator::kVerlet, 3.0 * limit, false, 1000.0}}, "Verlet");
-  settle();
+  make_edit(SetTime{{Integrator::kVerlet, 3.0 * limit, false, 1000.0}}, "Verlet");
   EXPECT_TRUE(find<QLabel>("limit")->styleSheet().contains(QStringLiteral("#b00000")));
   window_->simulation()->set_speed_limit(0.0);
   window_->simulation()->run();
@@ -181,10 +155,7 @@ TEST_F(Controls, LimitTurnsRedAndBlowUpOffersTheWayBack) {
 // The message suggests a smaller step: what sets one goes back by itself, and nothing that is said
 // meanwhile takes the button for the way back away.
 TEST_F(Controls, AfterAFailureEverythingLeadsBack) {
-  Document document = quiet_beam();
-  document.scene.environment.kind = EnvironmentKind::kGravity;
-  document.scene.damping = {};
-  show(std::move(document));
+  show(falling_beam());
   auto* back = find<QPushButton>("message_action");
   QAction* menu = menu_action(QStringLiteral("&Back to the last good state"));
   EXPECT_FALSE(menu->isEnabled());
@@ -201,28 +172,24 @@ TEST_F(Controls, AfterAFailureEverythingLeadsBack) {
   blow_up();
   // Running on and kicking a vertex are refused, and the reason and the button stay.
   EXPECT_FALSE(window_->messages()->text().isEmpty());
-  press_key(Qt::Key_Space);
-  settle();
+  press_and_settle(Qt::Key_Space);
   EXPECT_TRUE(back->isVisible());
   // The warning about the step gives way to the reason of the failure.
   const QString failure = QStringLiteral("the energy blew up");
-  EXPECT_TRUE(window_->messages()->text().contains(failure));
-  EXPECT_TRUE(window_->messages()->text().contains(QStringLiteral("go back to the last good")));
-  window_->simulation()->edit(SetMomentum{}, "kick");
-  settle();
+  expect_told(failure);
+  expect_told(QStringLiteral("go back to the last good"));
+  make_edit(SetMomentum{}, "kick");
   EXPECT_TRUE(back->isVisible());
-  EXPECT_TRUE(window_->messages()->text().contains(failure));
+  expect_told(failure);
   // The message is closed: the menu and the key are left.
   window_->messages()->hide();
   EXPECT_TRUE(menu->isEnabled());
-  press_key(Qt::Key_B);
-  settle();
+  press_and_settle(Qt::Key_B);
   EXPECT_EQ(state().status, RunStatus::kRunning);
   EXPECT_FALSE(menu->isEnabled());
 
   blow_up();
-  QTest::mouseClick(find<QPushButton>("use_half"), Qt::LeftButton);
-  settle();
+  push("use_half");
   EXPECT_EQ(state().status, RunStatus::kRunning);
   EXPECT_LT(window_->simulation()->settings().time.step, limit);
   EXPECT_FALSE(window_->messages()->isVisible());
@@ -230,8 +197,7 @@ TEST_F(Controls, AfterAFailureEverythingLeadsBack) {
   const Index step = state().step;
   press_key(Qt::Key_Space);
   ASSERT_TRUE(wait_for([&] { return state().step > step + 5; }));
-  press_key(Qt::Key_Space);
-  settle();
+  press_and_settle(Qt::Key_Space);
   EXPECT_EQ(state().status, RunStatus::kRunning);
 
   blow_up();
@@ -247,22 +213,17 @@ TEST_F(Controls, RestartKeepsAndReloadAsks) {
   const auto viscosity = [this] { return window_->simulation()->settings().damping.viscosity; };
   const double before = viscosity();
   // Nothing to lose: nothing is asked.
-  press_key(Qt::Key_S);
-  settle();
-  press_key(Qt::Key_R, Qt::ControlModifier);
-  settle();
+  press_and_settle(Qt::Key_S);
+  press_and_settle(Qt::Key_R, Qt::ControlModifier);
   EXPECT_EQ(state().step, 0);
   raise("dock_world");
   enter(find<NumberSlider>("viscosity")->field(), "20");
-  press_key(Qt::Key_S);
-  settle();
-  press_key(Qt::Key_R);
-  settle();
+  press_and_settle(Qt::Key_S);
+  press_and_settle(Qt::Key_R);
   EXPECT_EQ(state().step, 0);
   EXPECT_EQ(viscosity(), 20.0);
   EXPECT_EQ(find<NumberSlider>("viscosity")->value(), 20.0);
-  press_key(Qt::Key_S);
-  settle();
+  press_and_settle(Qt::Key_S);
   {
     const DialogAnswer answer([](QDialog& dialog) { dialog.reject(); });
     menu_action(QStringLiteral("Re&load"))->trigger();
@@ -291,8 +252,7 @@ TEST_F(Controls, RestartKeepsAndReloadAsks) {
 
 TEST_F(Controls, UndoAndRedoWithTheirTexts) {
   show(quiet_beam());
-  window_->simulation()->edit(SetDamping{{0.0, 2.0, 0.0}}, "Mass damping 2 1/s");
-  settle();
+  make_edit(SetDamping{{0.0, 2.0, 0.0}}, "Mass damping 2 1/s");
   const auto action = [&](const QString& beginning) -> QAction* {
     for (QAction* candidate : window_->findChildren<QAction*>()) {
       if (candidate->text().startsWith(beginning)) return candidate;

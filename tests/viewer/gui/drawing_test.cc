@@ -126,8 +126,7 @@ TEST_F(Drawing, TypedRangeIsKeptWhileRunning) {
 
   // Lowest above highest: refused, also when something else is changed after it.
   type(from, "6e4");
-  EXPECT_TRUE(window_->messages()->text().contains(QStringLiteral("below the highest")))
-      << window_->messages()->text().toStdString();
+  expect_told(QStringLiteral("below the highest"));
   click("points");
   EXPECT_EQ(low(), 123.0);
   EXPECT_EQ(high(), 54321.0);
@@ -148,8 +147,7 @@ TEST_F(Drawing, FitNowFitsTheColoursOfThisMoment) {
   const double loaded = high();
   ASSERT_GT(loaded, 1000.0);
   // At rest the range that follows stays wide for a while.
-  press_key(Qt::Key_R);
-  settle();
+  press_and_settle(Qt::Key_R);
   EXPECT_GT(high(), 0.5 * loaded);
   click("fit_colors");
   EXPECT_LT(high(), 1.0);
@@ -166,8 +164,7 @@ TEST_F(Drawing, FitNowFitsTheColoursOfThisMoment) {
   EXPECT_LT(fitted, 1.35 * most);
   EXPECT_FALSE(drawing().automatic_range);
   EXPECT_EQ(find<NumberField>("range_high")->value(), high());
-  press_key(Qt::Key_R);
-  settle();
+  press_and_settle(Qt::Key_R);
   EXPECT_EQ(high(), fitted);
 }
 

@@ -39,6 +39,13 @@ class Files : public WindowTest {
     file.write(text);
     return path;
   }
+  /// Runs the scene, and records it in a folder with a frame for each five steps.
+  std::string record(Session& session, const char* name) {
+    const std::string directory = folder_.filePath(QLatin1String(name)).toStdString();
+    RunRecorder recorder(directory, 5);
+    session.run({&recorder});
+    return directory;
+  }
   QTemporaryDir folder_;
 };
 
@@ -59,8 +66,7 @@ select = { plane = { axis = "x", at = 0.0 } }
 TEST_F(Files, ABrokenSceneIsToldWithItsPlace) {
   open(write("broken.toml", "[mesh]\nfile = \"a.vtu\"\n[materiel]\n"));
   wait();
-  EXPECT_TRUE(window_->messages()->text().contains(QStringLiteral("broken.toml:3")))
-      << window_->messages()->text().toStdString();
+  expect_told(QStringLiteral("broken.toml:3"));
   EXPECT_EQ(window_->simulation(), nullptr);
   keep_picture("broken_scene");
   // A good one after it.
@@ -84,7 +90,7 @@ TEST_F(Files, TheWindowGoesOnWhileALargeBodyIsRead) {
   EXPECT_TRUE(window_->opening());
   // One at a time.
   window_->open(path);
-  EXPECT_TRUE(window_->messages()->text().contains(QStringLiteral("still being read")));
+  expect_told(QStringLiteral("still being read"));
   wait_until_opened();
   EXPECT_EQ(window_->simulation()->mesh().tetrahedron_count(), 324000);
   EXPECT_EQ(message(), QString());
@@ -106,8 +112,7 @@ TEST_F(Files, AMeshIsDroppedOnTheWindow) {
   wait_until_opened();
   ASSERT_NE(window_->simulation(), nullptr) << window_->messages()->text().toStdString();
   EXPECT_GT(window_->simulation()->mesh().tetrahedron_count(), 0);
-  press_key(Qt::Key_S);
-  settle();
+  press_and_settle(Qt::Key_S);
   EXPECT_EQ(state().step, 1);
 }
 
@@ -128,9 +133,8 @@ TEST_F(Files, AMeshStartsFreeAndCanBeScaled) {
   const auto size_text = [&] {
     return QStringLiteral("%1 × %2 × %3 m").arg(size().x()).arg(size().y()).arg(size().z());
   };
-  EXPECT_TRUE(window_->messages()->text().contains(size_text()))
-      << window_->messages()->text().toStdString();
-  EXPECT_TRUE(window_->messages()->text().contains(QStringLiteral("without gravity")));
+  expect_told(size_text());
+  expect_told(QStringLiteral("without gravity"));
   const auto status_tells = [&](const QString& text) {
     const QList<QLabel*> labels = window_->statusBar()->findChildren<QLabel*>();
     return std::any_of(labels.begin(), labels.end(),
@@ -148,7 +152,7 @@ TEST_F(Files, AMeshStartsFreeAndCanBeScaled) {
   settle();
   EXPECT_LT((size() - 1e-3 * whole).norm(), 1e-12);
   EXPECT_TRUE(status_tells(size_text()));
-  EXPECT_TRUE(window_->messages()->text().contains(QStringLiteral("scaled by 0.001")));
+  expect_told(QStringLiteral("scaled by 0.001"));
   EXPECT_EQ(window_->simulation()->recorded_scene().mesh.scale, 1e-3);
   press_key(Qt::Key_Space);
   EXPECT_TRUE(wait_for([&] { return state().step > 3; }));
@@ -178,8 +182,7 @@ TEST_F(Files, ReloadReadsTheFileAgain) {
   const QString path = write("scene.toml", kScene);
   open(path);
   wait();
-  press_key(Qt::Key_S);
-  settle();
+  press_and_settle(Qt::Key_S);
   QString other = QString::fromLatin1(kScene);
   other.replace(QStringLiteral("1e6"), QStringLiteral("3e6"));
   write("scene.toml", other.toLatin1().constData());
@@ -192,16 +195,14 @@ TEST_F(Files, ReloadReadsTheFileAgain) {
   ASSERT_TRUE(QFile::remove(path));
   press_key(Qt::Key_R, Qt::ControlModifier);
   wait_until_opened();
-  EXPECT_TRUE(window_->messages()->text().contains(QStringLiteral("no such file")));
+  expect_told(QStringLiteral("no such file"));
   EXPECT_NE(window_->simulation(), nullptr);
 }
 
 TEST_F(Files, ARunIsReplayed) {
   const Scene scene = read_scene(write("scene.toml", kScene).toStdString());
   Session session(scene, generate_mesh(*scene.mesh.generate));
-  const std::string directory = folder_.filePath(QStringLiteral("run")).toStdString();
-  RunRecorder recorder(directory, 5);
-  session.run({&recorder});
+  const std::string directory = record(session, "run");
 
   open(QString::fromStdString(directory));
   wait(300);
@@ -233,7 +234,7 @@ TEST_F(Files, ARunIsReplayed) {
   EXPECT_EQ(slider->value(), 0);
   // A directory without a run says so and leaves the window as it is.
   open(folder_.path());
-  EXPECT_TRUE(window_->messages()->text().contains(QStringLiteral("frames.pvd")));
+  expect_told(QStringLiteral("frames.pvd"));
   EXPECT_NE(window_->replay(), nullptr);
 }
 
@@ -262,9 +263,7 @@ class DecimalComma {
 TEST_F(Files, ARunIsReadTheSameWithADecimalComma) {
   const Scene scene = read_scene(write("scene.toml", kScene).toStdString());
   Session session(scene, generate_mesh(*scene.mesh.generate));
-  const std::string directory = folder_.filePath(QStringLiteral("run")).toStdString();
-  RunRecorder recorder(directory, 5);
-  session.run({&recorder});
+  const std::string directory = record(session, "run");
   const DecimalComma comma(folder_.path());
   if (!comma.is_set()) GTEST_SKIP() << "This machine cannot make a German locale.";
   ASSERT_EQ(std::strtod("0,5", nullptr), 0.5);
@@ -276,21 +275,13 @@ TEST_F(Files, ARunIsReadTheSameWithADecimalComma) {
 // History and probes have rows for different steps.
 TEST_F(Files, ProbesOfARunAreReplayed) {
   Scene scene = read_scene(write("scene.toml", kScene).toStdString());
-  ProbeSettings all;
-  all.name = "all";
-  all.every = 4;
-  ProbeSettings inside;
-  inside.name = "j";
-  inside.quantity = ProbeQuantity::kJacobian;
-  inside.every = 6;
-  scene.probe = {all, inside};
+  scene.probe = {probe_of("all", ProbeQuantity::kDisplacement, SelectAll{}, 4),
+                 probe_of("j", ProbeQuantity::kJacobian, SelectAll{}, 6)};
   scene.output.history_every = 5;
   scene.echo = R"({"probe": [{"name": "all", "quantity": "displacement"},
                              {"name": "j", "quantity": "jacobian"}]})";
   Session session(scene, generate_mesh(*scene.mesh.generate));
-  const std::string directory = folder_.filePath(QStringLiteral("probes")).toStdString();
-  RunRecorder recorder(directory, 5);
-  session.run({&recorder});
+  const std::string directory = record(session, "probes");
   ASSERT_EQ(session.step_number(), 30);
   const Replay replay(directory);
   ASSERT_EQ(replay.probes().size(), 2U);
@@ -326,7 +317,7 @@ TEST_F(Files, FramesWithoutDisplacementsAreNotReplayed) {
   session.run({&recorder});
   open(directory);
   EXPECT_EQ(window_->replay(), nullptr);
-  EXPECT_TRUE(window_->messages()->text().contains(QStringLiteral("output.fields")));
+  expect_told(QStringLiteral("output.fields"));
 }
 
 TEST_F(Files, ARecordedRunIsReplayed) {
@@ -430,7 +421,7 @@ TEST_F(Files, RecentFilesAreOpenedFromTheMenu) {
   EXPECT_TRUE(window_->windowTitle().startsWith(QStringLiteral("second & last.toml")));
   ASSERT_TRUE(QFile::remove(first));
   choose(1);
-  EXPECT_TRUE(window_->messages()->text().contains(QStringLiteral("first.toml")));
+  expect_told(QStringLiteral("first.toml"));
   EXPECT_TRUE(window_->windowTitle().startsWith(QStringLiteral("second & last.toml")));
 }
 

@@ -159,8 +159,7 @@ TEST_F(Keyboard, UndoAndRedo) {
   enter(find<NumberSlider>("drag")->field(), "0.25");
   enter(find<NumberSlider>("drag")->field(), "0.5");
   const auto press = [this](Qt::KeyboardModifiers modifiers) {
-    press_key(Qt::Key_Z, modifiers);
-    settle();
+    press_and_settle(Qt::Key_Z, modifiers);
   };
   press(Qt::ControlModifier);
   EXPECT_EQ(drag_now(), 0.25);

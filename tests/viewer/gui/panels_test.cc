@@ -29,7 +29,7 @@ TEST_F(Panels, MaterialByNumberAndSlider) {
   EXPECT_GT(moved, 2.5e5);
   EXPECT_LT(moved, 3e5);
   enter(find<NumberSlider>("poissons_ratio")->field(), "0.7");
-  EXPECT_TRUE(window_->messages()->text().contains(QStringLiteral("0.5")));
+  expect_told(QStringLiteral("0.5"));
   enter(find<NumberSlider>("poissons_ratio")->field(), "0.3");
   EXPECT_EQ(window_->simulation()->settings().materials[0].poissons_ratio, 0.3);
   auto* model = find<QComboBox>("model");
@@ -72,9 +72,8 @@ TEST_F(Panels, MaterialWithAnArray) {
 
 TEST_F(Panels, RegionsHaveMaterialsOfTheirOwn) {
   Document document = quiet_beam();
-  MaterialRegionSettings region;
-  region.select = SelectBox{{0.6, 0.0, 0.0}, {1.2, 0.3, 0.3}};
-  region.material = document.scene.material;
+  const MaterialRegionSettings region{
+      SelectBox{{0.6, 0.0, 0.0}, {1.2, 0.3, 0.3}}, document.scene.material, {}};
   document.scene.material_region.push_back(region);
   show(std::move(document));
   raise("dock_material");
@@ -106,7 +105,7 @@ TEST_F(Panels, EnvironmentAndDamping) {
   EXPECT_EQ(window_->simulation()->settings().environment.strength, 1.62);
   enter(find<NumberSlider>("viscosity")->field(), "120");
   enter(find<NumberSlider>("drag")->field(), "-1");
-  EXPECT_TRUE(window_->messages()->text().contains(QStringLiteral("0 or more")));
+  expect_told(QStringLiteral("0 or more"));
   enter(find<NumberSlider>("drag")->field(), "0.25");
   enter(find<NumberSlider>("mass_damping")->field(), "3");
   const Damping damping = window_->simulation()->settings().damping;
@@ -122,20 +121,11 @@ TEST_F(Panels, EnvironmentAndDamping) {
 
 TEST_F(Panels, LoadsAreShownAndChanged) {
   Document document = quiet_beam();
-  ForceSettings pressure;
-  pressure.kind = LoadKind::kPressure;
-  pressure.select = SelectSurface{};
-  pressure.value = 200.0;
+  ForceSettings pressure = testing_support::pressure(SelectSurface{}, 200.0);
   pressure.amplitude = "late";
   document.scene.pressure = {pressure};
-  ForceSettings pull;
-  pull.select = SelectPlane{0, 1.2, {}};
-  pull.total = Vector3(0.0, 3.0, 0.0);
-  document.scene.force = {pull};
-  AmplitudeSettings late;
-  late.name = "late";
-  late.points = {{1.0, 0.0}, {2.0, 1.0}};
-  document.scene.amplitude = {late};
+  document.scene.force = {total_load(SelectPlane{0, 1.2, {}}, {0.0, 3.0, 0.0})};
+  document.scene.amplitude = {corners("late", {{1.0, 0.0}, {2.0, 1.0}})};
   document.scene.environment.kind = EnvironmentKind::kGravity;
   document.scene.environment.amplitude = "late";
   show(std::move(document));
@@ -173,8 +163,7 @@ TEST_F(Panels, LoadsAreShownAndChanged) {
   which->hidePopup();
   ForceSettings another;
   another.select = SelectPlane{0, 0.0, {}};
-  window_->simulation()->edit(SetForce{std::nullopt, another}, "another");
-  settle();
+  make_edit(SetForce{std::nullopt, another}, "another");
   ASSERT_EQ(which->count(), 3);
   EXPECT_EQ(which->currentText(), QStringLiteral("Pressure 0"));
   EXPECT_EQ(x->value(), 300.0);
@@ -199,12 +188,10 @@ TEST_F(Panels, TypedPositionMomentumAndForce) {
   enter(find<NumberField>("position_x"), "1.21");
   EXPECT_NEAR(position(tip).x(), 1.21, 1e-12);
   EXPECT_EQ(state().fixed[static_cast<std::size_t>(tip)], 0);
-  QTest::mouseClick(find<QPushButton>("place"), Qt::LeftButton);
-  settle();
+  push("place");
   EXPECT_EQ(state().fixed[static_cast<std::size_t>(tip)], 1);
   keep_picture("vertices");
-  QTest::mouseClick(find<QPushButton>("unfix"), Qt::LeftButton);
-  settle();
+  push("unfix");
   EXPECT_EQ(state().fixed[static_cast<std::size_t>(tip)], 0);
 }
 
@@ -275,7 +262,7 @@ TEST_F(Panels, DirectionOfGravityIsEnteredAsOneVector) {
   EXPECT_EQ(direction(), Vector3(0, -1, 0));
   // No direction at all.
   enter(fields->field(1), "0");
-  EXPECT_TRUE(window_->messages()->text().contains(QStringLiteral("must not be zero")));
+  expect_told(QStringLiteral("must not be zero"));
   EXPECT_EQ(direction(), Vector3(0, -1, 0));
   EXPECT_EQ(fields->value(), Vector3(0, -1, 0));
 }
@@ -293,7 +280,7 @@ TEST_F(Panels, NumbersBeyondThoseOfTheComputerAreNamed) {
     EXPECT_FALSE(message.contains(QStringLiteral("any number"))) << message.toStdString();
   }
   type(field, "1e-400");
-  EXPECT_TRUE(window_->messages()->text().contains(QStringLiteral("too near to zero")));
+  expect_told(QStringLiteral("too near to zero"));
   for (const char* text : {"abc", "nan", "1e"}) {
     type(field, text);
     EXPECT_TRUE(window_->messages()->text().contains(QStringLiteral("any number"))) << text;

@@ -48,13 +48,11 @@ TEST_F(Picking, RubberBandAndFix) {
   for (const Index v : window_->selection()) at_the_end += position(v).x() > 1.15;
   EXPECT_EQ(at_the_end, 9U);
   keep_picture("rubber_band");
-  press_key(Qt::Key_F);
-  settle();
+  press_and_settle(Qt::Key_F);
   for (const Index v : window_->selection()) {
     EXPECT_EQ(state().fixed[static_cast<std::size_t>(v)], 1);
   }
-  press_key(Qt::Key_U);
-  settle();
+  press_and_settle(Qt::Key_U);
   for (const Index v : window_->selection()) {
     EXPECT_EQ(state().fixed[static_cast<std::size_t>(v)], 0);
   }

@@ -25,7 +25,6 @@
 
 #include "tetraction/io/scene_writer.h"
 #include "tetraction/simulation/session.h"
-#include "viewer/gui/widgets/number_field.h"
 #include "viewer/history_log.h"
 #include "window_test.h"
 

@@ -31,10 +31,7 @@ class Recordings : public WindowTest {
     EXPECT_TRUE(file.open(QIODevice::WriteOnly));
     return path("file/below");
   }
-  void make_step() {
-    press_key(Qt::Key_S);
-    settle();
-  }
+  void make_step() { press_and_settle(Qt::Key_S); }
   std::string message() { return window_->messages()->text().toStdString(); }
   // The replay of what was recorded, with a frame for each file.
   void expect_replay(const QString& directory) {
@@ -116,8 +113,7 @@ TEST_F(Recordings, AResetEndsTheRecordingOfARun) {
   const QString directory = path("run");
   window_->record_run(directory, 10);
   run_to(0.3);
-  press_key(Qt::Key_R);
-  settle();
+  press_and_settle(Qt::Key_R);
   run_to(0.1);
   EXPECT_FALSE(menu_action(QStringLiteral("Record &run"))->isChecked());
   window_->stop_recording();
@@ -137,8 +133,7 @@ TEST_F(Recordings, WhatWasRecordedBeforeIsNotOverwritten) {
   EXPECT_FALSE(menu_action(QStringLiteral("Record &run"))->isChecked());
 
   window_->record_pictures(folder_.path());
-  press_key(Qt::Key_S);
-  settle();
+  press_and_settle(Qt::Key_S);
   window_->stop_recording();
   QThreadPool::globalInstance()->waitForDone();
   ASSERT_TRUE(QFile::exists(path("picture_000001.png")));
@@ -302,10 +297,7 @@ class HideWatch : public QObject {
 
 TEST_F(Recordings, EditsThatAreNotSavedAreNotLostUnasked) {
   const auto drag_now = [this] { return window_->simulation()->settings().damping.drag; };
-  const auto edit = [this](double drag) {
-    window_->simulation()->edit(SetDamping{{.drag = drag}}, "Drag");
-    settle();
-  };
+  const auto edit = [this](double drag) { make_edit(SetDamping{{.drag = drag}}, "Drag"); };
   show(quiet_beam());
   window_->save_scene(path("other.toml"));
   edit(0.25);
@@ -383,16 +375,13 @@ TEST_F(Recordings, TheWindowClosesAtOnceInAStepThatLasts) {
 TEST_F(Recordings, ARestartTellsWhatItLoses) {
   show(quiet_beam());
   make_step();
-  press_key(Qt::Key_R);
-  settle();
+  press_and_settle(Qt::Key_R);
   EXPECT_EQ(WindowTest::message(), QString()) << "nothing is lost";
   make_step();
-  window_->simulation()->edit(SetDamping{{.drag = 0.25}}, "Drag");
-  settle();
+  make_edit(SetDamping{{.drag = 0.25}}, "Drag");
   window_->record_run(path("run"), 1);
   make_step();
-  press_key(Qt::Key_R);
-  settle();
+  press_and_settle(Qt::Key_R);
   EXPECT_NE(message().find("times of the edits"), std::string::npos) << message();
   EXPECT_NE(message().find(path("run").toStdString()), std::string::npos) << message();
   EXPECT_FALSE(menu_action(QStringLiteral("Record &run"))->isChecked());

@@ -22,8 +22,7 @@ class Speed : public WindowTest {
       if (state().running) steps.insert(state().step);
       if (time.elapsed() > 20000) break;
     }
-    press_key(Qt::Key_Space);
-    settle();
+    press_and_settle(Qt::Key_Space);
     return steps;
   }
 };
@@ -65,8 +64,7 @@ TEST_F(Speed, LimitOfTheRealTimeFactor) {
     const double wall = 1e-3 * static_cast<double>(time.elapsed());
     EXPECT_GT(simulated, 0.5 * limit * wall);
     EXPECT_LT(simulated, 1.5 * limit * wall);
-    press_key(Qt::Key_Space);
-    settle();
+    press_and_settle(Qt::Key_Space);
   }
 }
 

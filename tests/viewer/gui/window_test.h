@@ -7,14 +7,18 @@
 #include <QApplication>
 #include <QDir>
 #include <QDockWidget>
+#include <QLabel>
+#include <QPushButton>
 #include <QSettings>
+#include <QStatusBar>
 #include <QtTest/QTest>
 #include <functional>
 #include <memory>
+#include <stdexcept>
+#include <string>
 
+#include "support/scene_parts.h"
 #include "tetraction/core/blas.h"
-#include "tetraction/mesh/generate.h"
-#include "tetraction/simulation/scene_objects.h"
 #include "viewer/gui/body/body_view.h"
 #include "viewer/gui/chart/live_chart.h"
 #include "viewer/gui/widgets/number_field.h"
@@ -23,12 +27,22 @@
 
 namespace tetraction::viewer {
 
+using namespace tetraction::testing_support;
+
 /// A clamped beam without gravity, at rest: what happens to it is what the test does.
 inline Document quiet_beam() {
   Document document = first_scene();
   document.scene.environment.kind = EnvironmentKind::kNone;
   document.scene.mesh.generate = GeneratorSettings{GeneratorKind::kBox, {1.2, 0.3, 0.3}, {8, 2, 2}};
-  document.mesh = generate_box({1.2, 0.3, 0.3}, {8, 2, 2});
+  document.mesh = mesh_of(document.scene);
+  return document;
+}
+
+/// The same beam, falling and without damping.
+inline Document falling_beam() {
+  Document document = quiet_beam();
+  document.scene.environment.kind = EnvironmentKind::kGravity;
+  document.scene.damping = {};
   return document;
 }
 
@@ -63,8 +77,26 @@ class WindowTest : public testing::Test {
   static void wait(int ms = 100) { QTest::qWait(ms); }
   /// Waits for the simulation, then for the window to show what it did.
   void settle() {
+    wait(80);  // a slider waits for half of that before it makes its edit
     ASSERT_TRUE(window_->simulation()->wait_until_idle(20.0));
-    wait(400);
+    constexpr int kLongest_ms = 400;
+    const auto is_shown = [this] {
+      const auto& shown = window_->body_view()->state();
+      return shown && shown->generation == state().generation;
+    };
+    wait_for(is_shown, kLongest_ms);
+    // After a picture the next update of the charts, fields and menus writes the rate of the pictures.
+    QLabel* rate = picture_rate();
+    rate->clear();
+    window_->body_view()->render();
+    wait_for([rate] { return !rate->text().isEmpty(); }, kLongest_ms);
+  }
+  /// The label of the pictures that are drawn in a second.
+  QLabel* picture_rate() {
+    for (QLabel* label : window_->statusBar()->findChildren<QLabel*>()) {
+      if (label->toolTip() == QStringLiteral("Pictures drawn in a second")) return label;
+    }
+    throw std::runtime_error("the status bar has no rate of pictures");
   }
   /// The same while it runs on: for the next pictures.
   void settle_running() {
@@ -131,6 +163,19 @@ class WindowTest : public testing::Test {
     type(field, text);
     settle();
   }
+  void press_and_settle(int key, Qt::KeyboardModifiers modifiers = Qt::NoModifier) {
+    press_key(key, modifiers);
+    settle();
+  }
+  /// A button, and waits for what it does.
+  void push(const char* name) {
+    QTest::mouseClick(find<QPushButton>(name), Qt::LeftButton);
+    settle();
+  }
+  void make_edit(const Edit& edit, const std::string& description) {
+    window_->simulation()->edit(edit, description);
+    settle();
+  }
   void press_key(int key, Qt::KeyboardModifiers modifiers = Qt::NoModifier) {
     // Without a window manager nobody activates the window again after a dialog was closed. Shortcuts need
     // an active window.
@@ -141,6 +186,11 @@ class WindowTest : public testing::Test {
     QTest::keyClick(window_->body_view()->canvas(), static_cast<Qt::Key>(key), modifiers);
   }
 
+  /// That the window tells a text with this part.
+  void expect_told(const QString& part) const {
+    const QString text = window_->messages()->text();
+    EXPECT_TRUE(text.contains(part)) << text.toStdString();
+  }
   /// What the window tells; empty also for what a machine's BLAS is warned of, which is no matter here.
   QString message() const {
     const QString text = window_->messages()->text();
