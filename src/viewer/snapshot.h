@@ -29,16 +29,8 @@ struct EditMark {
   std::string what;
 };
 
-/// The field that colours the body.
-enum class ColorField {
-  kNone,
-  kDisplacement,
-  kSpeed,
-  kVonMises,
-  kEnergyDensity,
-  kJacobian,
-  kRegion
-};
+/// The quantity that colours the body, out of color_quantities(). Null: one colour.
+using ColorField = const Quantity*;
 
 /// A state between two steps. It is not changed after it has been published. Therefore the window may
 /// keep it for any time.
@@ -55,7 +47,7 @@ struct Snapshot {
   Vector external_force;            ///< N
   Vector reaction_force;            ///< N
   std::vector<std::uint8_t> fixed;  ///< per vertex: 1 if a [[fix]] or the mouse prescribes it
-  ColorField field = ColorField::kNone;
+  ColorField field = nullptr;
   bool field_on_cells = false;
   std::vector<float> field_values;  ///< per vertex or per tetrahedron
   double stable_step = 0.0;         ///< estimate of the explicit limit, s

@@ -6,8 +6,6 @@
 #include <cmath>
 #include <limits>
 
-#include "tetraction/simulation/probe.h"
-
 namespace tetraction::viewer {
 namespace {
 
@@ -71,11 +69,11 @@ std::vector<ChartProbe> chart_probes(const std::vector<ProbeSettings>& probes) {
     entry.name = probe.name;
     std::string quantity = to_string(probe.quantity);
     std::replace(quantity.begin(), quantity.end(), '_', ' ');
-    const std::string unit = unit_of(probe.quantity);
+    const std::string unit = quantity_of(probe.quantity).unit;
     entry.axis = fmt::format("{}: {}{}", probe.name, quantity,
                              unit.empty() ? "" : fmt::format(" [{}]", unit));
     entry.first = first;
-    for (const char* ending : column_endings(probe.quantity)) {
+    for (const char* ending : component_endings(quantity_of(probe.quantity).shape)) {
       entry.columns.push_back(probe.name + ending);
     }
     first += entry.columns.size();

@@ -20,7 +20,7 @@
 #include "tetraction/core/error.h"
 #include "tetraction/io/frame_reader.h"
 #include "tetraction/io/mesh_reader.h"
-#include "tetraction/simulation/probe.h"
+#include "viewer/snapshot_maker.h"
 
 namespace tetraction::viewer {
 namespace {
@@ -33,47 +33,11 @@ Vector vectors(const Matrix& array, Index vertices) {
   return array.reshaped();
 }
 
-// The name of the cell array of a frame that contains a field. Null for fields of vertices, which are
-// computed from positions and velocities.
-const char* cell_array_name(ColorField field) {
-  switch (field) {
-    case ColorField::kVonMises:
-      return "von_mises";
-    case ColorField::kEnergyDensity:
-      return "energy_density";
-    case ColorField::kJacobian:
-      return "jacobian";
-    case ColorField::kRegion:
-      return "region";
-    default:
-      return nullptr;
-  }
-}
-
 // Whether there is a file of that name. What cannot be read, such as a link to itself, counts as one: its
 // reader says what is wrong.
 bool is_there(const fs::path& path) {
   std::error_code error;
   return fs::exists(path, error) || error;
-}
-
-// The name of the point array of a frame that has the values of a field at the vertices: they are drawn
-// where quadratic tetrahedra have them.
-const char* point_array_name(ColorField field) {
-  switch (field) {
-    case ColorField::kVonMises:
-      return "von_mises_nodal";
-    case ColorField::kJacobian:
-      return "jacobian_nodal";
-    default:
-      return nullptr;
-  }
-}
-
-std::vector<float> numbers(const Matrix& values) {
-  std::vector<float> result;
-  for (const double value : values.row(0)) result.push_back(static_cast<float>(value));
-  return result;
 }
 
 // A message that says why a directory without frames.pvd cannot be replayed and what to open instead.
@@ -172,9 +136,7 @@ std::vector<ProbeSettings> probes_of_summary(const std::string& path) {
     ProbeSettings probe;
     probe.name = entry[QLatin1String("name")].toString().toStdString();
     const std::string quantity = entry[QLatin1String("quantity")].toString().toStdString();
-    for (const ProbeQuantity known : values_of<ProbeQuantity>()) {
-      if (quantity == to_string(known)) probe.quantity = known;
-    }
+    probe.quantity = find_named<ProbeQuantity>(quantity).value_or(probe.quantity);
     probes.push_back(std::move(probe));
   }
   return probes;
@@ -191,12 +153,6 @@ HistoryRow row_without_history(Index step, double time) {
   row.linear_momentum.setConstant(kNaN);
   row.angular_momentum.setConstant(kNaN);
   return row;
-}
-
-void set_magnitudes(Snapshot& snapshot, const Vector& field) {
-  for (Index v = 0; v < field.size() / 3; ++v) {
-    snapshot.field_values.push_back(static_cast<float>(field.segment<3>(3 * v).norm()));
-  }
 }
 
 }  // namespace
@@ -331,14 +287,18 @@ void Replay::read_probes(const std::string& path) {
 
 std::shared_ptr<const Snapshot> Replay::frame(std::size_t i, ColorField field) const {
   const std::string& path = files_[i];
-  const char* cell_array = cell_array_name(field);
   std::vector<std::string> point_names{"displacement",   "velocity",       "momentum",
                                        "external_force", "reaction_force", "fixed"};
-  const char* point_array = mesh_.is_quadratic() ? point_array_name(field) : nullptr;
-  if (point_array != nullptr) point_names.emplace_back(point_array);
-  const StoredFrame frame = read_frame(
-      path, point_names,
-      cell_array != nullptr ? std::vector<std::string>{cell_array} : std::vector<std::string>{});
+  std::vector<std::string> cell_names;
+  const Quantity* drawn =
+      field != nullptr ? &drawn_quantity(*field, mesh_.is_quadratic()) : nullptr;
+  if (drawn != nullptr && drawn->domain == ValueDomain::kVertices) {
+    point_names.emplace_back(drawn->name);
+  }
+  if (drawn != nullptr && field->domain == ValueDomain::kTetrahedra) {
+    cell_names.emplace_back(field->name);
+  }
+  const StoredFrame frame = read_frame(path, point_names, cell_names);
   const Index n = mesh_.vertex_count();
   const Index m = mesh_.tetrahedron_count();
   if (frame.vertex_count != n || frame.tetrahedron_count != m) {
@@ -376,14 +336,13 @@ std::shared_ptr<const Snapshot> Replay::frame(std::size_t i, ColorField field) c
     snapshot->fixed[static_cast<std::size_t>(v)] = fixed(0, v) != 0.0;
   }
   snapshot->field = field;
-  if (field == ColorField::kDisplacement) set_magnitudes(*snapshot, displacement);
-  if (field == ColorField::kSpeed) set_magnitudes(*snapshot, snapshot->velocity);
-  if (point_array != nullptr && frame.point_arrays.back().rows() == 1) {
-    snapshot->field_values = numbers(frame.point_arrays.back());
-  } else if (cell_array != nullptr) {
-    snapshot->field_on_cells = true;
-    if (frame.cell_arrays[0].rows() > 0) snapshot->field_values = numbers(frame.cell_arrays[0]);
-  }
+  if (drawn == nullptr) return snapshot;
+  // Frames without the values of the vertices are drawn with those of the tetrahedra.
+  const bool has_points =
+      drawn->domain == ValueDomain::kVertices && frame.point_arrays.back().rows() > 0;
+  snapshot->field_on_cells = !has_points && !cell_names.empty();
+  if (has_points) snapshot->field_values = color_values(frame.point_arrays.back());
+  if (snapshot->field_on_cells) snapshot->field_values = color_values(frame.cell_arrays[0]);
   return snapshot;
 }
 
