@@ -23,6 +23,25 @@ struct HistoryRow {
   std::vector<double> probes{};  ///< values of the scene's probes; NaN where a file has none
 };
 
+/// The numbers of a row between the step and the iterations, as history.csv names them.
+inline constexpr const char* kHistoryNumbers =
+    "time,kinetic_energy,elastic_energy,environment_energy,total_energy,external_work,"
+    "dissipated_energy,constraint_work,edit_work,energy_error,px,py,pz,lx,ly,lz";
+/// Where a row has them.
+template <class Row>
+auto numbers_of(Row& row) {
+  auto& p = row.linear_momentum;
+  auto& l = row.angular_momentum;
+  std::vector<decltype(&row.time)> numbers;
+  for (auto* number :
+       {&row.time, &row.kinetic, &row.elastic, &row.environment, &row.total, &row.external_work,
+        &row.dissipated_energy, &row.constraint_work, &row.edit_work, &row.energy_error, &p[0],
+        &p[1], &p[2], &l[0], &l[1], &l[2]}) {
+    numbers.push_back(number);
+  }
+  return numbers;
+}
+
 /// An edit on the time axis.
 struct EditMark {
   double time = 0.0;

@@ -1,10 +1,12 @@
 // Why a step failed, where in the body, and what the user can do.
 #pragma once
 
+#include <array>
 #include <limits>
 #include <string>
 #include <vector>
 
+#include "tetraction/core/enum_names.h"
 #include "tetraction/core/types.h"
 
 namespace tetraction {
@@ -25,8 +27,13 @@ enum class FailureCause {
   kSolver              ///< the equations of the step are not solved, for none of these reasons
 };
 
-/// A word for the cause, as in summary.json: "step_above_limit", "loads", …
-const char* to_string(FailureCause cause);
+template <>
+struct EnumNames<FailureCause> {
+  static constexpr std::array names{
+      "step_above_limit",   "step_too_large",    "loads",       "speed",
+      "stiffness_contrast", "prescribed_motion", "constraints", "damping",
+      "tolerance",          "iterations",        "force_term",  "solver"};
+};
 
 /// A step that failed. The state of the session is the one before the step, but with a blow-up of the
 /// energy, which is found after the step.

@@ -1,9 +1,11 @@
 // Natural frequencies and mode shapes of a body at rest or at an equilibrium.
 #pragma once
 
+#include <array>
 #include <string>
 #include <vector>
 
+#include "tetraction/core/enum_names.h"
 #include "tetraction/dynamics/mechanical_system.h"
 
 namespace tetraction {
@@ -16,8 +18,10 @@ enum class ModeKind {
   kMechanism  ///< motion without any stiffness in which pieces of the body turn against each other: ω = 0
 };
 
-/// "rigid", "elastic", "unstable", "flutter", "mechanism".
-const char* to_string(ModeKind kind);
+template <>
+struct EnumNames<ModeKind> {
+  static constexpr std::array names{"rigid", "elastic", "unstable", "flutter", "mechanism"};
+};
 /// Whether a mode swings: elastic modes and those that flutter.
 inline bool is_vibration(ModeKind kind) {
   return kind == ModeKind::kElastic || kind == ModeKind::kFlutter;

@@ -23,18 +23,6 @@ double difference(double x, double y) {
 
 }  // namespace
 
-const char* to_string(DeformationKind kind) {
-  switch (kind) {
-    case DeformationKind::kShear:
-      return "shear";
-    case DeformationKind::kBending:
-      return "bending and tension";
-    case DeformationKind::kVolumeChange:
-      break;
-  }
-  return "volume change";
-}
-
 Damping rayleigh_damping(const DampingRatio& ratio, const LameParameters& lame) {
   for (std::size_t i = 0; i < 2; ++i) {
     if (!(ratio.frequency[i] > 0.0) || !std::isfinite(ratio.frequency[i])) {

@@ -96,26 +96,6 @@ class Facts {
 
 }  // namespace
 
-const char* to_string(SupportKind kind) {
-  switch (kind) {
-    case SupportKind::kFix:
-      return "fix";
-    case SupportKind::kSprings:
-      return "springs";
-    case SupportKind::kPlane:
-      return "plane";
-    case SupportKind::kLine:
-      return "line";
-    case SupportKind::kDistance:
-      return "distance";
-    case SupportKind::kFreeHandle:
-      return "free rigid handle";
-    case SupportKind::kDrivenHandle:
-      break;
-  }
-  return "driven rigid handle";
-}
-
 std::vector<SupportFacts> support_facts(const BodyConstraints& constraints,
                                         const MechanicalSystem& system) {
   const Facts facts_of(system);

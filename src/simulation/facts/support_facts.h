@@ -5,14 +5,18 @@
 #include <string>
 #include <vector>
 
+#include "tetraction/core/enum_names.h"
 #include "tetraction/dynamics/mechanical_system.h"
 #include "tetraction/simulation/run_settings.h"
 
 namespace tetraction {
 
 enum class SupportKind { kFix, kSprings, kPlane, kLine, kDistance, kFreeHandle, kDrivenHandle };
-/// "fix", "springs", "plane", "line", "distance", "free rigid handle", "driven rigid handle".
-const char* to_string(SupportKind kind);
+template <>
+struct EnumNames<SupportKind> {
+  static constexpr std::array names{
+      "fix", "springs", "plane", "line", "distance", "free rigid handle", "driven rigid handle"};
+};
 
 /// One [[fix]] or [[constraint]] of a scene.
 struct SupportFacts {

@@ -85,36 +85,6 @@ double wave_speed(const MechanicalSystem& system) {
 
 }  // namespace
 
-const char* to_string(FailureCause cause) {
-  switch (cause) {
-    case FailureCause::kStepAboveLimit:
-      return "step_above_limit";
-    case FailureCause::kStepTooLarge:
-      return "step_too_large";
-    case FailureCause::kLoads:
-      return "loads";
-    case FailureCause::kSpeed:
-      return "speed";
-    case FailureCause::kStiffnessContrast:
-      return "stiffness_contrast";
-    case FailureCause::kPrescribedMotion:
-      return "prescribed_motion";
-    case FailureCause::kConstraints:
-      return "constraints";
-    case FailureCause::kDamping:
-      return "damping";
-    case FailureCause::kTolerance:
-      return "tolerance";
-    case FailureCause::kIterations:
-      return "iterations";
-    case FailureCause::kForceTerm:
-      return "force_term";
-    case FailureCause::kSolver:
-      break;
-  }
-  return "solver";
-}
-
 std::optional<BadForce> bad_force(const MechanicalSystem& system, const ForcePoint& at) {
   Vector force;
   for (const ForceTerm* term : system.force_terms()) {

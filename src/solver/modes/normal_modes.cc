@@ -75,22 +75,6 @@ std::vector<Eigenpair> sharp_pairs(ModeSearch& search, const ScaledStiffness& st
 
 }  // namespace
 
-const char* to_string(ModeKind kind) {
-  switch (kind) {
-    case ModeKind::kRigid:
-      return "rigid";
-    case ModeKind::kElastic:
-      return "elastic";
-    case ModeKind::kFlutter:
-      return "flutter";
-    case ModeKind::kMechanism:
-      return "mechanism";
-    case ModeKind::kUnstable:
-      break;
-  }
-  return "unstable";
-}
-
 double NormalMode::frequency() const {
   return std::sqrt(std::abs(omega_squared)) / (2.0 * std::numbers::pi);
 }

@@ -3,6 +3,7 @@
 
 #include <array>
 
+#include "tetraction/core/enum_names.h"
 #include "tetraction/dynamics/terms/damping.h"
 #include "tetraction/material/material_concept.h"
 
@@ -23,8 +24,10 @@ enum class DeformationKind {
   kVolumeChange  ///< equal strains in all directions
 };
 
-/// "shear", "bending and tension", "volume change".
-const char* to_string(DeformationKind kind);
+template <>
+struct EnumNames<DeformationKind> {
+  static constexpr std::array names{"shear", "bending and tension", "volume change"};
+};
 
 /// The mass damping a and the viscosity η = βμ for which shear of a material with these moduli has
 /// the given damping ratios: ζ(ω) = a/(2ω) + βω/2 with ω = 2πf at both frequencies (Rayleigh; R. W.

@@ -145,13 +145,9 @@ std::vector<ProbeSettings> probes_of_summary(const std::string& path) {
 HistoryRow row_without_history(Index step, double time) {
   constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
   HistoryRow row;
+  for (double* number : numbers_of(row)) *number = kNaN;
   row.step = step;
   row.time = time;
-  row.kinetic = row.elastic = row.environment = row.total = kNaN;
-  row.external_work = row.constraint_work = row.dissipated_energy = kNaN;
-  row.edit_work = row.energy_error = kNaN;
-  row.linear_momentum.setConstant(kNaN);
-  row.angular_momentum.setConstant(kNaN);
   return row;
 }
 
@@ -198,50 +194,26 @@ void Replay::read_collection(const std::string& path) {
 
 void Replay::read_history(const std::string& path) {
   const Table table = read_table(path);
-  const char* const needed[] = {"step",
-                                "time",
-                                "kinetic_energy",
-                                "elastic_energy",
-                                "environment_energy",
-                                "total_energy",
-                                "external_work",
-                                "constraint_work",
-                                "dissipated_energy",
-                                "edit_work",
-                                "energy_error",
-                                "px",
-                                "py",
-                                "pz",
-                                "lx",
-                                "ly",
-                                "lz",
-                                "iterations"};
   // The history of an equilibrium has no columns of a motion (docs/outputs.md).
   if (table.place.count("max_displacement") > 0) kind_ = RunKind::kEquilibrium;
+  const auto column = [&](const std::string& name) {
+    const bool is_absent = kind_ == RunKind::kEquilibrium && table.place.count(name) == 0;
+    return is_absent ? std::nullopt : std::optional(table.column(name));
+  };
+  const auto step = column("step");
   std::vector<std::optional<std::size_t>> columns;
-  for (const char* name : needed) {
-    const bool absent = kind_ == RunKind::kEquilibrium && table.place.count(name) == 0;
-    columns.push_back(absent ? std::nullopt : std::optional(table.column(name)));
-  }
+  for (const std::string& name : cells_of(kHistoryNumbers)) columns.push_back(column(name));
+  const auto iterations = column("iterations");
   for (const std::vector<double>& values : table.rows) {
-    const auto at = [&](std::size_t i) {
-      return columns[i] ? values[*columns[i]] : std::numeric_limits<double>::quiet_NaN();
+    const auto at = [&](const std::optional<std::size_t>& place) {
+      return place ? values[*place] : std::numeric_limits<double>::quiet_NaN();
     };
     HistoryRow row;
-    row.step = whole_number(at(0));
-    row.time = at(1);
-    row.kinetic = at(2);
-    row.elastic = at(3);
-    row.environment = at(4);
-    row.total = at(5);
-    row.external_work = at(6);
-    row.constraint_work = at(7);
-    row.dissipated_energy = at(8);
-    row.edit_work = at(9);
-    row.energy_error = at(10);
-    row.linear_momentum = {at(11), at(12), at(13)};
-    row.angular_momentum = {at(14), at(15), at(16)};
-    row.iterations = static_cast<int>(std::clamp<Index>(whole_number(at(17)), 0, 1'000'000));
+    row.step = whole_number(at(step));
+    const auto numbers = numbers_of(row);
+    for (std::size_t i = 0; i < numbers.size(); ++i) *numbers[i] = at(columns[i]);
+    row.iterations =
+        static_cast<int>(std::clamp<Index>(whole_number(at(iterations)), 0, 1'000'000));
     history_.push_back(row);
   }
 }
