@@ -29,7 +29,6 @@
 #include "tetraction/core/parallel.h"
 #include "tetraction/core/provenance.h"
 #include "tetraction/core/version.h"
-#include "tetraction/dynamics/derived_fields.h"
 #include "tetraction/fem/rest_state.h"
 #include "tetraction/io/initial_fields.h"
 #include "tetraction/io/key_tables.h"
@@ -503,20 +502,22 @@ void define_session(py::module_& m) {
       .def_property_readonly("tetrahedra",
                              [](const S& s) { return tetrahedra_of(s.session().system().mesh()); })
       .def(
-          "element_fields",
-          [](S& s) {
+          "fields",
+          [](S& s, const std::vector<std::string>& names) {
             const Turns::Turn turn(s.turns(), Turns::Use::kEdit);
-            const ElementFields fields =
-                element_fields(s.session().system(), s.session().state().position);
+            std::vector<const Quantity*> list;
+            for (const std::string& name : names) list.push_back(&named_quantity(name));
+            const std::vector<Matrix> values = values_of(s.session(), list);
             const Acquired lock;
-            return py::dict(
-                "cauchy_stress"_a = rows_of(fields.cauchy_stress),
-                "green_strain"_a = rows_of(fields.green_strain),
-                "von_mises"_a = numbers_of(fields.von_mises.row(0).transpose()),
-                "jacobian"_a = numbers_of(fields.jacobian.row(0).transpose()),
-                "energy_density"_a = numbers_of(fields.energy_density.row(0).transpose()));
+            py::dict result;
+            for (std::size_t i = 0; i < names.size(); ++i) {
+              result[py::str(names[i])] = values[i].rows() == 1
+                                              ? numbers_of(values[i].row(0).transpose())
+                                              : rows_of(values[i]);
+            }
+            return result;
           },
-          WithoutLock());
+          "names"_a, WithoutLock());
 }
 
 // Computes in a thread of its own without the interpreter's lock, and ends with the exception of a signal's

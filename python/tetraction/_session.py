@@ -253,13 +253,22 @@ class Session:
         """User forces on the vertices in the last step, N (n, 3)."""
         return self._core.external_forces
 
+    def fields(self, *names: str) -> dict[str, NDArray[np.float64]]:
+        """Fields of the present state by name: a dict of arrays.
+
+        The names are those of output.fields, for instance "von_mises_nodal", and "position". A field has one row
+        for each vertex or tetrahedron, and one number in it for a scalar.
+        """
+        return self._core.fields(list(dict.fromkeys(names)))
+
     def element_fields(self) -> dict[str, NDArray[np.float64]]:
         """Fields of the elements: a dict of arrays.
 
         cauchy_stress (m, 6), Pa, and green_strain (m, 6) with the components XX YY ZZ XY YZ XZ; von_mises
         (m,), Pa; jacobian (m,); energy_density (m,), J/m³.
         """
-        return self._core.element_fields()
+        return self.fields(
+            "cauchy_stress", "green_strain", "von_mises", "jacobian", "energy_density")
 
     # Numbers
 

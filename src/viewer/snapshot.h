@@ -23,22 +23,33 @@ struct HistoryRow {
   std::vector<double> probes{};  ///< values of the scene's probes; NaN where a file has none
 };
 
+/// The numbers of a row between the step and the iterations, as history.csv names them.
+inline constexpr const char* kHistoryNumbers =
+    "time,kinetic_energy,elastic_energy,environment_energy,total_energy,external_work,"
+    "dissipated_energy,constraint_work,edit_work,energy_error,px,py,pz,lx,ly,lz";
+/// Where a row has them.
+template <class Row>
+auto numbers_of(Row& row) {
+  auto& p = row.linear_momentum;
+  auto& l = row.angular_momentum;
+  std::vector<decltype(&row.time)> numbers;
+  for (auto* number :
+       {&row.time, &row.kinetic, &row.elastic, &row.environment, &row.total, &row.external_work,
+        &row.dissipated_energy, &row.constraint_work, &row.edit_work, &row.energy_error, &p[0],
+        &p[1], &p[2], &l[0], &l[1], &l[2]}) {
+    numbers.push_back(number);
+  }
+  return numbers;
+}
+
 /// An edit on the time axis.
 struct EditMark {
   double time = 0.0;
   std::string what;
 };
 
-/// The field that colours the body.
-enum class ColorField {
-  kNone,
-  kDisplacement,
-  kSpeed,
-  kVonMises,
-  kEnergyDensity,
-  kJacobian,
-  kRegion
-};
+/// The quantity that colours the body, out of color_quantities(). Null: one colour.
+using ColorField = const Quantity*;
 
 /// A state between two steps. It is not changed after it has been published. Therefore the window may
 /// keep it for any time.
@@ -55,7 +66,7 @@ struct Snapshot {
   Vector external_force;            ///< N
   Vector reaction_force;            ///< N
   std::vector<std::uint8_t> fixed;  ///< per vertex: 1 if a [[fix]] or the mouse prescribes it
-  ColorField field = ColorField::kNone;
+  ColorField field = nullptr;
   bool field_on_cells = false;
   std::vector<float> field_values;  ///< per vertex or per tetrahedron
   double stable_step = 0.0;         ///< estimate of the explicit limit, s

@@ -50,7 +50,7 @@ struct SharedState {
   bool observed = false;
   int steps_per_snapshot = 1;
   double speed_limit = 0.0;
-  ColorField field = ColorField::kNone;
+  ColorField field = nullptr;
   std::shared_ptr<const Snapshot> snapshot;
   bool snapshot_taken = false;  // whether the window has read the snapshot
   Settings settings;

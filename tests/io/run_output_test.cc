@@ -15,7 +15,6 @@
 #include "tetraction/dynamics/nodal_fields.h"
 #include "tetraction/io/frame_reader.h"
 #include "tetraction/io/run_recorder.h"
-#include "tetraction/simulation/output_fields.h"
 #include "tetraction/simulation/probe.h"
 
 namespace tetraction {
@@ -218,8 +217,8 @@ TEST_F(RunOutput, ARunThatIsCutShortHasItsLastState) {
 
 TEST_F(RunOutput, FieldsAreThoseThatTheSceneNames) {
   std::vector<std::string> points, cells;
-  for (const OutputField& field : output_fields()) {
-    (field.on_cells ? cells : points).emplace_back(field.name);
+  for (const Quantity* field : frame_quantities()) {
+    (field->domain == ValueDomain::kTetrahedra ? cells : points).emplace_back(field->name);
   }
   const auto has = [&](const char* file) {
     const StoredFrame frame = read_frame((folder_ / file).string(), points, cells);

@@ -147,6 +147,13 @@ def test_energy_and_balance(beam):
     assert session.history["time"][-1] == session.time
     fields = session.element_fields()
     assert fields["cauchy_stress"].shape == (96, 6) and (fields["jacobian"] > 0).all()
+    more = session.fields("pressure", "displacement", "jacobian_nodal", "pressure")
+    assert list(more) == ["pressure", "displacement", "jacobian_nodal"]
+    assert np.array_equal(more["displacement"], session.displacements)
+    assert more["jacobian_nodal"].shape == (len(session.positions),)
+    assert np.allclose(more["pressure"], -fields["cauchy_stress"][:, :3].mean(axis=1))
+    with pytest.raises(tt.InputError, match="there are displacement, position"):
+        session.fields("colour")
     assert session.reactions.sum(axis=0)[1] > 0
     assert session.stable_step > 0 and session.current_stable_step() > 0
 

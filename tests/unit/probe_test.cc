@@ -293,7 +293,7 @@ TEST(Probe, EvaluationAndTracesDoNotAllocate) {
     scene.probe.push_back(probe_of(to_string(quantity), quantity, SelectAll{}));
     scene.probe.push_back(probe_of(to_string(quantity) + "2", quantity, SelectAll{}));
     scene.probe.back().every = 7;
-    if (!is_sum(quantity)) {
+    if (!quantity_of(quantity).is_sum) {
       scene.probe.push_back(probe_at(to_string(quantity) + "3", quantity, {0.4, 0.5, 0.6}));
     }
   }

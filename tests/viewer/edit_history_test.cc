@@ -352,9 +352,12 @@ TEST(Simulation, SurvivesRandomEdits) {
         case 5:
           if (below(20) == 0) simulation->reset();
           break;
-        case 6:
-          simulation->set_color_field(static_cast<ColorField>(below(7)));
+        case 6: {
+          const int color = below(7);
+          simulation->set_color_field(
+              color > 0 ? color_quantities()[static_cast<std::size_t>(color - 1)] : nullptr);
           break;
+        }
         case 7: {
           TimeSettings time = simulation->settings().time;
           time.automatic = false;

@@ -35,15 +35,19 @@ struct FrameFormat {
 
 /// Writes `frames/frame_NNNNNN.vtu` (NNNNNN: the step) below a directory. `frames.pvd` beside that
 /// folder is valid after every frame: it is written again and renamed into place.
+///
+/// Of a body in parts (TetMesh::part) each process has a writer, all functions are collective, and a frame is one
+/// piece of each process, frames/frame_NNNNNN_PPPP.vtu (PPPP: the process), and the file frame_NNNNNN.pvtu that names
+/// the pieces. A vertex that several processes share is a point of each of their pieces; no tetrahedron is in two.
 class FrameWriter {
  public:
   /// Makes the directory, and removes the frames and the collection of an earlier run from it.
-  /// Copies the parts of the mesh that it needs. Throws OutputError if the directory cannot be
-  /// prepared.
+  /// Copies the arrays of the mesh that it needs, but refers to those of a part, which must stay as they are. Throws
+  /// OutputError if the directory cannot be prepared.
   FrameWriter(const TetMesh& mesh, const std::string& directory, FrameFormat format = {});
   /// Goes on after frames that are there: the lines `kept_entries` of the collection, whose frames are
-  /// the files `kept_names` in the folder `frames`, of `kept_sizes` bytes. Removes all others. Throws
-  /// OutputError.
+  /// the files `kept_names` in the folder `frames`, of `kept_sizes` bytes; only process 0 reads these. Removes all
+  /// others. Throws OutputError.
   FrameWriter(const TetMesh& mesh, const std::string& directory, FrameFormat format,
               std::string kept_entries, const std::vector<std::string>& kept_names,
               std::vector<std::uint64_t> kept_sizes);
@@ -54,12 +58,12 @@ class FrameWriter {
   /// Writes a binary VTU in the writer's format and returns its path. Throws OutputError if the file
   /// cannot be written, for example because the disk is full.
   std::string write(const Frame& frame);
-  /// Writes one VTU to `path` in full double precision, with the writer's compression. Throws
-  /// OutputError.
+  /// Writes one file to `path` in full double precision, with the writer's compression. Its pieces, if it has any,
+  /// are frames/frame_final_PPPP.vtu, so that it must be in the writer's directory. Throws OutputError.
   void write_single(const Frame& frame, const std::string& path) const;
   /// Number of frames written.
   Index frame_count() const;
-  /// Their sizes in bytes.
+  /// Their sizes in bytes, with those of their pieces; on process 0.
   const std::vector<std::uint64_t>& frame_sizes() const;
 
  private:

@@ -37,6 +37,12 @@ struct StoredCheckpoint;
 /// (lock_directory()). Files of an earlier run are replaced, links by files; `frames` must not be a
 /// link. on_start() throws InputError, before anything is written, if one of these files is an input of the
 /// session: its scene, its mesh, or a table.
+///
+/// Of a body in parts (TetMesh::part) each process has a recorder, and all of them must run the session with it.
+/// Process 0 writes history.csv, probes.csv, summary.json and checkpoints as above; for a checkpoint it needs memory
+/// for the state of the whole body. Frames, and final.pvtu in place of final.vtu, are in pieces (FrameWriter).
+/// lock_directory(), resume(), on_start() and on_finish() throw OutputError in all processes. on_step() does not: the
+/// processes have to ask has_failed() after each step, and end the run together.
 class RunRecorder : public Observer, public CheckpointObserver {
  public:
   RunRecorder(std::string directory, int frame_every);
@@ -45,8 +51,8 @@ class RunRecorder : public Observer, public CheckpointObserver {
   RunRecorder& operator=(const RunRecorder&) = delete;
 
   /// Makes the directory, and keeps others from writing there until on_finish(). on_start() does this
-  /// anyway. Throws OutputError if another run writes there.
-  void lock_directory();
+  /// anyway. Throws OutputError if another run writes there. `part`: that of the session's mesh.
+  void lock_directory(const MeshPart* part = nullptr);
   /// Sets the function that returns the exit code of a run that was stopped (RunStatus::kCancelled), for summary.json.
   /// By default it is that of exit_code().
   void set_stop_code(std::function<int()> stop_code);
@@ -59,7 +65,7 @@ class RunRecorder : public Observer, public CheckpointObserver {
   bool leaves_out_checkpoints() const;
   /// Goes on with the files of an earlier part of the run, which was restored from this checkpoint:
   /// what they have beyond it is removed. To be called after Session::restore() and before the
-  /// run, with the directory locked. Throws FileError, before anything is changed, if the files are
+  /// run, with the directory locked; each process has its part of the checkpoint (scattered()). Throws FileError, before anything is changed, if the files are
   /// not as they were at the checkpoint, and OutputError.
   void resume(const Session& session, const StoredCheckpoint& stored);
 
@@ -69,6 +75,8 @@ class RunRecorder : public Observer, public CheckpointObserver {
   void on_start(const Session& session) override;
   bool on_step(const Session& session) override;
   void on_finish(const Session& session) override;
+  /// Whether something could not be written, or a process knows of another one that could not.
+  bool has_failed() const;
   /// The text of summary.json. Empty before on_finish().
   const std::string& summary() const;
 

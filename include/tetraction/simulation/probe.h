@@ -11,9 +11,6 @@
 
 namespace tetraction {
 
-class MechanicalSystem;
-class Session;
-
 /// The columns of one probe.
 struct ProbeColumns {
   std::string name;  ///< of the probe
@@ -25,13 +22,6 @@ struct ProbeColumns {
   std::size_t size() const { return columns.size(); }
 };
 
-/// Its SI unit, "m"; "" for a pure number.
-const char* unit_of(ProbeQuantity quantity);
-/// Whether it is a sum over vertices.
-bool is_sum(ProbeQuantity quantity);
-/// The endings of the names of the columns: "_x", "_y", "_z" for a vector,
-/// "_xx", "_yy", "_zz", "_xy", "_yz", "_xz" for a stress, and one empty text for a scalar.
-const std::vector<const char*>& column_endings(ProbeQuantity quantity);
 /// Computes the values of probes. Whatever depends on the mesh only is computed once.
 ///
 /// The values of a probe on a selection of N vertices are
@@ -73,7 +63,7 @@ class ProbeSet {
   std::unique_ptr<Impl> impl_;
 };
 
-/// The statistics of one column in the summary.
+/// What the summary says of one column.
 struct ProbeStatistics {
   double min = 0.0, min_time = 0.0;  ///< least value, and the first time that has it, s
   double max = 0.0, max_time = 0.0;

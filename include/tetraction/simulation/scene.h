@@ -26,6 +26,7 @@
 #include "tetraction/mesh/selection.h"
 #include "tetraction/simulation/frame_format.h"
 #include "tetraction/simulation/material_settings.h"
+#include "tetraction/simulation/quantities.h"
 #include "tetraction/solver/linear_solver.h"
 
 namespace tetraction {
@@ -415,30 +416,11 @@ struct OutputSettings {
   std::string directory = "out";  ///< relative to the working directory
   int every = 10;         ///< a frame for every n-th step, and always for the first and the last
   int history_every = 1;  ///< a row of history.csv for every n-th step, the first and the last
-  /// Names of fields of the frames, see simulation/output_fields.h. Empty: the default ones.
+  /// Names of fields of the frames, see simulation/quantities.h. Empty: the default ones.
   std::vector<std::string> fields{};
   FramePrecision precision = FramePrecision::kFloat64;  ///< of frames; final.vtu is always double
   FrameCompression compression = FrameCompression::kLz4;
   int checkpoint_every = 0;  ///< a checkpoint after every n-th step; 0: none
-};
-
-/// The quantities of [[probe]].
-enum class ProbeQuantity {
-  kDisplacement,
-  kPosition,
-  kVelocity,
-  kMomentum,
-  kForce,
-  kReaction,
-  kCauchyStress,
-  kVonMises,
-  kJacobian
-};
-template <>
-struct EnumNames<ProbeQuantity> {
-  static constexpr std::array names{"displacement",  "position",  "velocity",
-                                    "momentum",      "force",     "reaction",
-                                    "cauchy_stress", "von_mises", "jacobian"};
 };
 
 /// A quantity that a run stores in every step, see simulation/probe.h.

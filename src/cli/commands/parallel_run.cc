@@ -16,18 +16,10 @@
 
 #include "cli/interrupt_guard.h"
 #include "cli/program_failure.h"
-#include "cli/progress_bar.h"
-#include "cli/scene_source.h"
-#include "io/checkpoints/part_checkpoint.h"
-#include "io/results/result_folders.h"
 #include "petsc/mesh_distribution.h"
 #include "petsc/processes.h"
-#include "resume.h"
 #include "simulation/scene/parallel_features.h"
-#include "tetraction/core/blas.h"
 #include "tetraction/core/parallel.h"
-#include "tetraction/io/initial_fields.h"
-#include "tetraction/io/part_recorder.h"
 #include "tetraction/io/scene_reader.h"
 #endif
 #include "tetraction/core/error.h"
@@ -84,7 +76,7 @@ using petsc::Processes;
 // rules, whose steps are short, they all know it one step later, and need not wait for one another.
 class SharedInterrupt : public Observer {
  public:
-  SharedInterrupt(Processes& processes, const PartRecorder& recorder)
+  SharedInterrupt(Processes& processes, const RunRecorder& recorder)
       : processes_(processes), recorder_(recorder) {}
   bool on_step(const Session& session) override {
     constexpr int kCannotWrite = 1;
@@ -99,7 +91,7 @@ class SharedInterrupt : public Observer {
 
  private:
   Processes& processes_;
-  const PartRecorder& recorder_;
+  const RunRecorder& recorder_;
   int code_ = 0;
 };
 
@@ -125,94 +117,36 @@ int end_with(const Processes::Failure& failure) {
   return failure.code;
 }
 
-struct Inputs {
-  Scene scene;
-  std::string directory;
-  TetMesh mesh;                     // of process 0
-  std::vector<std::string> unused;  // of the file of the mesh
-  double mesh_time = 0.0;
-};
-
-Inputs read_inputs(const SessionArguments& arguments, const Processes& processes) {
-  Inputs inputs;
-  inputs.scene = read_scene(arguments.scene, arguments.overrides);
-  refuse_what_parts_lack(inputs.scene, Analysis::kMotion);
-  inputs.directory = output_directory(inputs.scene, arguments.out, arguments.overrides);
-  if (!processes.is_first()) return inputs;
-  check_folder_of_run(inputs.scene, inputs.directory);
-  const auto start = std::chrono::steady_clock::now();
-  inputs.mesh = read_scene_mesh(inputs.scene, inputs.unused);
-  inputs.mesh_time =
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  return inputs;
-}
-
-// As resume_run(). Process 0 reads the checkpoint, and gives every process its part.
-Resumption resume_together(Session& session, PartRecorder& recorder, const Inputs& inputs,
-                           const SessionArguments& arguments, const Processes& processes) {
-  const MeshPart& part = *session.system().part();
-  const BodyIdentity body = session.checkpoint().body;
-  ResumePoint point;
-  const Processes::Failure failure = processes.together(
-      [&] {
-        if (processes.is_first()) {
-          point = find_resume_point(session, body, inputs.directory, arguments.force);
-        }
-      },
-      &described);
-  if (failure.code != 0) throw SharedFailure{failure};
-  point.resumption = static_cast<Resumption>(processes.largest(static_cast<int>(point.resumption)));
-  if (point.resumption != Resumption::kContinues) return point.resumption;
-  point.has_new_steps = processes.largest(point.has_new_steps ? 1 : 0) != 0;
-  point.stored = handed_out(part, std::move(point.stored));
-  restore_run(session, body, point);
-  recorder.resume(session, point.stored);
-  report_resumption(session, point, inputs.directory, arguments.quiet);
-  return point.resumption;
+SessionInputs shared_inputs(const SessionArguments& arguments, const Processes& processes) {
+  Scene scene = read_scene(arguments.scene, arguments.overrides);
+  refuse_what_parts_lack(scene, Analysis::kMotion);
+  return session_inputs(arguments, std::move(scene), processes.is_first());
 }
 
 // The work that all processes share.
-int run_together(const SessionArguments& arguments, Inputs inputs, Processes& processes,
+int run_together(const SessionArguments& arguments, SessionInputs inputs, Processes& processes,
                  const char* label, const OutcomePrinter& print_outcome) {
-  if (!arguments.quiet) {
-    if (const std::string remarks = mesh_remarks(inputs.mesh, inputs.unused); !remarks.empty()) {
-      print_note(remarks);
-    }
-    if (const std::string remarks = damping_remarks(inputs.scene); !remarks.empty()) {
-      print_note(remarks);
-    }
-  }
+  print_input_remarks(arguments, inputs);
   Session session(inputs.scene, distribute_mesh(processes, std::move(inputs.mesh)));
-  session.add_mesh_time(inputs.mesh_time);
-  const std::string slow_blas = arguments.quiet ? blas_warning() : "";
-  for (const std::string& warning : session.warnings()) {
-    if (warning != slow_blas || slow_blas.empty()) print_warning(warning);
-  }
-  PartRecorder recorder(inputs.directory, inputs.scene.output.every);
+  RunRecorder recorder(inputs.directory, inputs.scene.output.every);
   InterruptGuard guard;
   SharedInterrupt interrupt(processes, recorder);
-  recorder.set_stop_code([&interrupt] { return interrupt.exit_code(); });
-  recorder.lock_directory(*session.system().part());
-  recorder.keep_checkpoints(session.scene().output.checkpoint_every);
-  if (arguments.resume &&
-      resume_together(session, recorder, inputs, arguments, processes) == Resumption::kComplete) {
-    if (arguments.json) write_json_result(read_summary(inputs.directory));
-    return 0;
-  }
-  const std::size_t told = session.warnings().size();
-  ProgressBar bar(label);
-  std::vector<Observer*> observers{&recorder, &interrupt};
-  if (processes.is_first() && !arguments.quiet && ProgressBar::possible()) {
-    observers.push_back(&bar);
-  }
-  const RunStatus status = session.run(observers);
-  if (arguments.json) {
-    write_json_result(recorder.summary());
-  } else if (!arguments.quiet) {
-    print_outcome(session, inputs.directory);
-  }
-  print_remarks(session, told);
-  return status == RunStatus::kCancelled ? interrupt.exit_code() : tetraction::exit_code(status);
+  recorder.lock_directory(session.system().part());
+  // Process 0 reads the checkpoint.
+  const auto find = [&](const BodyIdentity& body) {
+    ResumePoint point;
+    const Processes::Failure failure = processes.together(
+        [&] {
+          if (!processes.is_first()) return;
+          point = find_resume_point(session, body, inputs.directory, arguments.force);
+        },
+        &described);
+    if (failure.code != 0) throw SharedFailure{failure};
+    return point;
+  };
+  return record_session(session, recorder, arguments, inputs,
+                        {interrupt, [&interrupt] { return interrupt.exit_code(); }, find}, label,
+                        print_outcome);
 }
 
 }  // namespace
@@ -231,9 +165,9 @@ int run_parallel(const SessionArguments& arguments, const char* label,
                     "systems are solved.",
                     fmt::join(processes.ignored_settings(), ", ")));
   }
-  std::optional<Inputs> inputs;
+  std::optional<SessionInputs> inputs;
   Processes::Failure failure =
-      processes.together([&] { inputs = read_inputs(arguments, processes); }, &described);
+      processes.together([&] { inputs = shared_inputs(arguments, processes); }, &described);
   if (failure.code != 0) return end_with(failure);
   int code = 0;
   failure = processes.in_step(

@@ -2,12 +2,13 @@
 #pragma once
 
 #include <CLI/App.hpp>
-#include <cstddef>
 #include <functional>
 #include <memory>
 #include <string>
 #include <vector>
 
+#include "resume.h"
+#include "tetraction/io/run_recorder.h"
 #include "tetraction/mesh/tet_mesh.h"
 #include "tetraction/simulation/session.h"
 
@@ -35,11 +36,36 @@ using OutcomePrinter = std::function<void(const Session&, const std::string& dir
 /// Makes the session of a scene.
 using SessionMaker = std::function<std::unique_ptr<Session>(const Scene&, TetMesh)>;
 
-/// Prints the warnings and messages of a session after its run. The first `told` warnings have been printed.
-void print_remarks(const Session& session, std::size_t told);
+/// What a session is made from.
+struct SessionInputs {
+  Scene scene;
+  std::string directory;            ///< of the results
+  TetMesh mesh;                     ///< empty unless it was read
+  std::vector<std::string> unused;  ///< parts of the file of the mesh
+  double mesh_time = 0.0;           ///< that its reading took, s
+};
 
-/// Reads the scene, computes the session to its end, writes its results and prints warnings and
-/// messages. `label` is what the progress bar says. Returns the exit code.
+/// Chooses the directory of the results, and, if this process reads the mesh, checks the directory and reads it.
+SessionInputs session_inputs(const SessionArguments& arguments, Scene scene, bool reads_mesh);
+
+/// Prints what was changed or left out in the inputs unless the command is quiet.
+void print_input_remarks(const SessionArguments& arguments, const SessionInputs& inputs);
+
+/// What differs between one process and several.
+struct RunControl {
+  Observer& interrupt;             ///< ends the run after a signal
+  std::function<int()> stop_code;  ///< the exit code of such a run
+  PointFinder find_resume_point;
+};
+
+/// Computes the session to its end, from a checkpoint if the arguments say so, writes its results and prints warnings,
+/// messages and the outcome. The recorder's directory is locked. `label` is what the progress bar says. Returns the
+/// exit code. All processes of a body in parts call it together.
+int record_session(Session& session, RunRecorder& recorder, const SessionArguments& arguments,
+                   const SessionInputs& inputs, const RunControl& control, const char* label,
+                   const OutcomePrinter& print_outcome);
+
+/// Reads the scene and records its session, in several processes if it was started so. Returns the exit code.
 int run_recorded(const SessionArguments& arguments, const SessionMaker& make_session,
                  const char* label, const OutcomePrinter& print_outcome);
 

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "cli/console.h"
+#include "io/checkpoints/part_checkpoint.h"
 #include "io/text/foreign_json.h"
 #include "io/text/output_file.h"
 #include "tetraction/core/error.h"
@@ -219,6 +220,9 @@ ResumePoint find_resume_point(const Session& session, const BodyIdentity& body,
   return point;
 }
 
+namespace {
+
+// Restores the session.
 void restore_run(Session& session, const BodyIdentity& body, ResumePoint& point) {
   Checkpoint& checkpoint = point.stored.checkpoint;
   complete_settings(checkpoint, session.scene());
@@ -228,42 +232,50 @@ void restore_run(Session& session, const BodyIdentity& body, ResumePoint& point)
   session.add_times(point.stored.times);
 }
 
+// Tells the user where the run goes on, and what may differ from one run.
 void report_resumption(const Session& session, const ResumePoint& point,
                        const std::string& directory, bool quiet) {
-  const StoredCheckpoint* stored = &point.stored;
+  const StoredCheckpoint& stored = point.stored;
   if (!point.changes.empty()) {
     print_warning(fmt::format(
         "the run goes on with changed inputs: {}. Its results belong to no single scene.",
         listing_of(point.changes)));
   }
   const int processes = process_count(session);
-  if (stored->processes != processes) {
+  if (stored.processes != processes) {
     print_note(fmt::format(
         "the checkpoint was written by {} process{}, and the run goes on in {}: the last digits "
         "may differ from those of one run.",
-        stored->processes, stored->processes == 1 ? "" : "es", processes));
+        stored.processes, stored.processes == 1 ? "" : "es", processes));
   }
-  if (stored->version != version()) {
+  if (stored.version != version()) {
     print_warning(fmt::format(
         "the checkpoint was written by version {} of the program, and this is {}: the last digits "
         "may differ from those of one run.",
-        stored->version, version()));
+        stored.version, version()));
   }
   if (!quiet) {
     print_note(fmt::format(
         "{}: the run goes on after step {} (t = {:.6g} s).{}", directory, session.step_number(),
         session.time(),
-        stored->is_regular ? ""
-                           : " The checkpoint was made when the run was stopped: implicit "
-                             "steps agree with those of one run within the solver's tolerance."));
+        stored.is_regular ? ""
+                          : " The checkpoint was made when the run was stopped: implicit "
+                            "steps agree with those of one run within the solver's tolerance."));
   }
 }
 
+}  // namespace
+
 Resumption resume_run(Session& session, RunRecorder& recorder, const std::string& directory,
-                      bool force, bool quiet) {
+                      bool quiet, const PointFinder& find) {
+  const MeshPart* part = session.system().part();
   const BodyIdentity body = session.checkpoint().body;
-  ResumePoint point = find_resume_point(session, body, directory, force);
+  ResumePoint point = find(body);
+  point.resumption = static_cast<Resumption>(
+      static_cast<int>(largest_of_parts(part, static_cast<double>(point.resumption))));
   if (point.resumption != Resumption::kContinues) return point.resumption;
+  point.has_new_steps = anywhere(part, point.has_new_steps);
+  if (part != nullptr) point.stored = scattered(*part, std::move(point.stored));
   restore_run(session, body, point);
   recorder.resume(session, point.stored);
   report_resumption(session, point, directory, quiet);

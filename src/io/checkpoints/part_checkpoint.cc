@@ -81,7 +81,7 @@ Checkpoint collected(const MeshPart& part, const Checkpoint& own) {
   return whole;
 }
 
-StoredCheckpoint handed_out(const MeshPart& part, StoredCheckpoint whole) {
+StoredCheckpoint scattered(const MeshPart& part, StoredCheckpoint whole) {
   // Everything but the vectors goes to all processes.
   std::array<Vector, kVertexVectors> vectors;
   Vector force;

@@ -13,6 +13,6 @@ Checkpoint collected(const MeshPart& part, const Checkpoint& own);
 
 /// The checkpoint of this part out of that of the whole body, which process 0 has read
 /// (checkpoint_from_bytes()); elsewhere `whole` is not read. Collective.
-StoredCheckpoint handed_out(const MeshPart& part, StoredCheckpoint whole);
+StoredCheckpoint scattered(const MeshPart& part, StoredCheckpoint whole);
 
 }  // namespace tetraction

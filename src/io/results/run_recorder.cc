@@ -16,6 +16,7 @@
 #include "frame_fields.h"
 #include "history_rows.h"
 #include "input_guard.h"
+#include "io/checkpoints/part_checkpoint.h"
 #include "io/mesh/mesh_files.h"
 #include "io/text/output_file.h"
 #include "kept_files.h"
@@ -42,6 +43,15 @@ void copy_file(const std::string& from, const std::string& to) {
   file.finish();
 }
 
+// How the run ended. `stop_code` may be empty; it gives the exit code of a run that was stopped.
+RunEnd end_of(const Session& session, const std::optional<OutputError>& failure,
+              const std::function<int()>& stop_code) {
+  if (failure) return {"failed", 4, failure->what()};
+  const bool is_stopped = session.status() == RunStatus::kCancelled && stop_code;
+  return {to_string(session.status()), is_stopped ? stop_code() : exit_code(session.status()),
+          session.message()};
+}
+
 }  // namespace
 
 void make_output_directory(const std::string& directory) {
@@ -66,10 +76,9 @@ void make_output_directory(const std::string& directory) {
 struct RunRecorder::Impl {
   std::string directory;
   int frame_every;
-  std::optional<DirectoryLock> lock;
+  const MeshPart* part = nullptr;
   std::function<int()> stop_code;
   std::optional<HistoryColumns> columns;
-  std::optional<RowFile> history;
   Index last_row = -1;
   std::unique_ptr<FrameWriter> frames;
   Index last_frame = -1;
@@ -77,23 +86,31 @@ struct RunRecorder::Impl {
   std::optional<Frame> last;          // the frame of the last step, for final.vtu
   std::unique_ptr<ProbeFile> probes;  // null if the scene has none
   std::string summary;
+  std::optional<OutputError> failure;
   bool is_finished = false;
   bool is_resumed = false;
   Index checkpoint_every = -1;
   bool leaves_out_checkpoints = false;
   std::optional<RunInputs> inputs;  // made when the first checkpoint needs them
+  // Of process 0.
+  std::optional<DirectoryLock> lock;
+  std::optional<RowFile> history;
 
   std::string path(const char* name) const { return directory + "/" + name; }
 
+  // The values are sums over all processes.
   void write_row(const Session& session) {
-    history->add(row_text(*columns, columns->values(session)));
+    const std::vector<double> values = columns->values(session);
     last_row = session.step_number();
+    if (history) history->add(row_text(*columns, values));
   }
 
   void write_frame(const Session& session, const Frame& frame) {
     // Rows come first, so that history and probes have those of every frame that frames.pvd names.
-    history->flush();
-    if (probes) probes->flush();
+    write_once(part, [&] {
+      history->flush();
+      if (probes) probes->file()->flush();
+    });
     last_frame_path = frames->write(frame);
     last_frame = session.step_number();
   }
@@ -104,12 +121,12 @@ struct RunRecorder::Impl {
     write_frame(session, *last);
   }
 
-  // A frame of the last step that has all digits is final.vtu already, but not one that another run wrote in pieces.
+  // A frame of the last step that has all digits is final.vtu already, but not one in pieces.
   void write_final(const Session& session) {
     const OutputSettings& output = session.scene().output;
-    const std::string final_path = path("final.vtu");
+    const std::string final_path = path(part != nullptr ? "final.pvtu" : "final.vtu");
     const bool has_frame = last_frame == session.step_number() && last_frame_path.ends_with(".vtu");
-    if (has_frame && output.precision == FramePrecision::kFloat64) {
+    if (part == nullptr && has_frame && output.precision == FramePrecision::kFloat64) {
       copy_file(last_frame_path, final_path);
       return;
     }
@@ -117,27 +134,59 @@ struct RunRecorder::Impl {
     frames->write_single(*last, final_path);
   }
 
+  // How far the files were written. The rows of the tables are on the disk afterwards.
+  RecordedFiles recorded_files() {
+    RecordedFiles files;
+    files.history_size = static_cast<std::uint64_t>(history->flush());
+    files.history_sum = history->sum();
+    files.last_row = last_row;
+    if (probes) {
+      files.probes_size = static_cast<std::uint64_t>(probes->file()->flush());
+      files.probes_sum = probes->file()->sum();
+      files.last_probe_row = probes->last_row();
+    }
+    files.frame_sizes = frames->frame_sizes();
+    files.last_frame = last_frame;
+    return files;
+  }
+
+  // Several processes do the same work until all of them know of a failure; a single one ends its work with it.
+  template <class Work>
+  void attempt_in_step(const Work& work) {
+    if (part != nullptr || !failure) attempt(failure, work);
+  }
+
   // Writes what belongs to the end. What cannot be written does not keep the rest from being written.
-  // Throws `failure`, or the first one of this function, at the end.
-  void finish(const Session& session, std::optional<OutputError> failure) {
+  // Throws the first failure at the end.
+  void finish(const Session& session) {
     if (is_finished) return;
     is_finished = true;
+    share(part, failure);
     const bool has_failed = failure.has_value();
-    if (last_row != session.step_number()) attempt(failure, [&] { write_row(session); });
+    const Index step = session.step_number();
+    if (last_row != step) attempt(failure, [&] { write_row(session); });
+    if (probes && probes->last_row() != step) {
+      attempt(failure, [&] { probes->write(session, true); });
+    }
     if (!has_failed) attempt(failure, [&] { write_last_frame(session); });
     attempt(failure, [&] { write_final(session); });
     if (session.failure() != nullptr) {
       attempt(failure, [&] { write_failed_elements(session, path(kFailedElementsFile)); });
     }
     last.reset();
-    attempt(failure, [&] { history->close(); });
-    if (probes) attempt(failure, [&] { probes->finish(session); });
+    for (RowFile* file : {history ? &*history : nullptr, probes ? probes->file() : nullptr}) {
+      if (file != nullptr) attempt(failure, [&] { file->close(); });
+    }
+    share(part, failure);
     const RunEnd end = end_of(session, failure, stop_code);
-    summary = summary_json(session, directory, probes ? &probes->traces() : nullptr, &end);
-    attempt(failure, [&] { write_text_file(path("summary.json"), summary); });
+    summary = summary_json(session, directory,
+                           probes && is_first(part) ? &probes->traces() : nullptr, &end);
+    if (is_first(part)) {
+      attempt(failure, [&] { write_text_file(path("summary.json"), summary); });
+    }
     probes.reset();
     lock.reset();
-    if (failure) throw OutputError(*failure);
+    throw_together(part, failure);
   }
 };
 
@@ -148,11 +197,13 @@ RunRecorder::RunRecorder(std::string directory, int frame_every) : impl_(std::ma
 
 RunRecorder::~RunRecorder() = default;
 
-void RunRecorder::lock_directory() {
+void RunRecorder::lock_directory(const MeshPart* part) {
   Impl& s = *impl_;
-  if (s.lock) return;
-  make_output_directory(s.directory);
-  s.lock.emplace(s.directory);
+  write_once(part, [&] {
+    if (s.lock) return;
+    make_output_directory(s.directory);
+    s.lock.emplace(s.directory);
+  });
 }
 
 void RunRecorder::set_stop_code(std::function<int()> stop_code) {
@@ -175,40 +226,60 @@ void RunRecorder::on_checkpoint(const Session& session, const Checkpoint& checkp
                                 bool is_regular) {
   Impl& s = *impl_;
   if (s.is_finished) return;
-  try {
-    if (!can_be_stored(checkpoint)) {
-      if (!s.leaves_out_checkpoints) remove_checkpoints(s.directory);
-      s.leaves_out_checkpoints = true;
-      return;
-    }
-    if (!s.inputs) s.inputs = inputs_of(session);
-    StoredCheckpoint stored{
-        version(), is_regular, process_count(session), *s.inputs, session.times(), {}, checkpoint};
-    stored.files = recorded_tables(*s.history, s.last_row, s.probes.get());
-    stored.files.frame_sizes = s.frames->frame_sizes();
-    stored.files.last_frame = s.last_frame;
-    write_checkpoint_file(s.directory, stored);
-  } catch (const OutputError& error) {
-    s.finish(session, error);
+  const bool is_storable = can_be_stored(checkpoint);
+  Checkpoint whole;
+  if (is_storable) whole = s.part != nullptr ? collected(*s.part, checkpoint) : checkpoint;
+  if (is_first(s.part)) {
+    attempt(s.failure, [&] {
+      if (!is_storable) {
+        if (!s.leaves_out_checkpoints) remove_checkpoints(s.directory);
+        s.leaves_out_checkpoints = true;
+        return;
+      }
+      if (!s.inputs) s.inputs = inputs_of(session);
+      StoredCheckpoint stored{version(),       is_regular, process_count(session), *s.inputs,
+                              session.times(), {},         std::move(whole)};
+      stored.files = s.recorded_files();
+      write_checkpoint_file(s.directory, stored);
+    });
   }
+  if (s.part == nullptr && s.failure) s.finish(session);
 }
 
 void RunRecorder::resume(const Session& session, const StoredCheckpoint& stored) {
   Impl& s = *impl_;
   const RecordedFiles& files = stored.files;
+  s.part = session.system().part();
   s.columns.emplace(session);
-  KeptFrames kept = check_kept_files(s.directory, *s.columns, session, files);
-  // From here on the files are changed.
-  s.probes = kept_probes(s.directory, session, files);
-  remove_checkpoints_after(s.directory, stored.checkpoint.state.step, stored.is_regular);
-  remove_end_of_run(s.directory);
+  KeptFrames kept;
+  std::optional<OutputError> failure;
+  std::string wrong;
+  try {
+    if (is_first(s.part)) kept = check_kept_files(s.directory, *s.columns, session, files);
+    // From here on the files are changed.
+    if (!session.scene().probe.empty()) {
+      attempt(failure, [&] {
+        s.probes = std::make_unique<ProbeFile>(s.path("probes.csv"), session, files);
+      });
+    }
+  } catch (const FileError& error) {
+    wrong = error.what();
+  }
+  if (take_from_first(s.part, !wrong.empty(), wrong)) throw FileError(wrong);
+  throw_together(s.part, failure);
+  write_once(s.part, [&] {
+    remove_checkpoints_after(s.directory, stored.checkpoint.state.step, stored.is_regular);
+    remove_end_of_run(s.directory);
+  });
   const OutputSettings& output = session.scene().output;
   s.last_frame_path = kept.last;
   s.frames = std::make_unique<FrameWriter>(session.system().mesh(), s.directory,
                                            FrameFormat{output.precision, output.compression},
                                            std::move(kept.entries), kept.names, files.frame_sizes);
-  s.history.emplace(s.path("history.csv"), static_cast<std::int64_t>(files.history_size),
-                    files.history_sum);
+  write_once(s.part, [&] {
+    s.history.emplace(s.path("history.csv"), static_cast<std::int64_t>(files.history_size),
+                      files.history_sum);
+  });
   s.last_row = files.last_row;
   s.last_frame = files.last_frame;
   s.is_resumed = true;
@@ -217,48 +288,59 @@ void RunRecorder::resume(const Session& session, const StoredCheckpoint& stored)
 void RunRecorder::on_start(const Session& session) {
   Impl& s = *impl_;
   if (s.is_resumed) return;
-  std::vector<std::string> inputs = input_files(session.scene());
-  for (std::string& file : files_of_mesh(session.system().mesh().source)) {
-    inputs.push_back(std::move(file));
+  s.part = session.system().part();
+  if (s.part == nullptr) {
+    std::vector<std::string> inputs = input_files(session.scene());
+    for (std::string& file : files_of_mesh(session.system().mesh().source)) {
+      inputs.push_back(std::move(file));
+    }
+    refuse_inputs_among_results(inputs, s.directory);
   }
-  refuse_inputs_among_results(inputs, s.directory);
-  lock_directory();
+  lock_directory(s.part);
   // Results of an earlier run would look like results of this one.
-  remove_run(s.directory);
+  write_once(s.part, [&] { remove_run(s.directory); });
   s.columns.emplace(session);
-  s.history.emplace(s.path("history.csv"),
-                    header_text(*s.columns) + row_text(*s.columns, s.columns->values(session)));
+  const std::vector<double> first = s.columns->values(session);
+  write_once(s.part, [&] {
+    s.history.emplace(s.path("history.csv"), header_text(*s.columns) + row_text(*s.columns, first));
+  });
   s.last_row = session.step_number();
   const OutputSettings& output = session.scene().output;
   s.frames = std::make_unique<FrameWriter>(session.system().mesh(), s.directory,
                                            FrameFormat{output.precision, output.compression});
   if (!session.scene().probe.empty()) {
-    s.probes = std::make_unique<ProbeFile>(s.path("probes.csv"), session);
+    write_together(s.part,
+                   [&] { s.probes = std::make_unique<ProbeFile>(s.path("probes.csv"), session); });
   }
   if (s.frame_every > 0) s.write_frame(session, make_frame(session, output.fields));
 }
 
 bool RunRecorder::on_step(const Session& session) {
   Impl& s = *impl_;
-  try {
-    const OutputSettings& output = session.scene().output;
-    const Index step = session.step_number();
-    const bool is_last = session.status() != RunStatus::kRunning;
-    if (is_last || step % output.history_every == 0) s.write_row(session);
-    if (s.probes) s.probes->write(session, is_last);
-    if (s.frame_every > 0 && step % s.frame_every == 0) {
+  const OutputSettings& output = session.scene().output;
+  const Index step = session.step_number();
+  const bool is_last = session.status() != RunStatus::kRunning;
+  if (is_last || step % output.history_every == 0) {
+    s.attempt_in_step([&] { s.write_row(session); });
+  }
+  if (s.probes) s.attempt_in_step([&] { s.probes->write(session, is_last); });
+  if (s.frame_every > 0 && step % s.frame_every == 0) {
+    s.attempt_in_step([&] {
       Frame frame = make_frame(session, output.fields);
       s.write_frame(session, frame);
       if (is_last) s.last = std::move(frame);
-    }
-  } catch (const OutputError& error) {
-    s.finish(session, error);
+    });
   }
+  if (s.part == nullptr && s.failure) s.finish(session);
   return true;
 }
 
 void RunRecorder::on_finish(const Session& session) {
-  impl_->finish(session, std::nullopt);
+  impl_->finish(session);
+}
+
+bool RunRecorder::has_failed() const {
+  return impl_->failure.has_value();
 }
 
 const std::string& RunRecorder::summary() const {

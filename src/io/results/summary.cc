@@ -100,9 +100,10 @@ nlohmann::ordered_json probes_json(const ProbeSet& probes, const ProbeTraces& tr
   for (const ProbeColumns& probe : probes.probes()) {
     for (std::size_t c = 0; c < probe.size(); ++c) {
       const ProbeStatistics& s = statistics[probe.first + c];
-      nlohmann::ordered_json entry{{"unit", unit_of(probe.quantity)}, {"min", number(s.min)},
-                                   {"min_time", number(s.min_time)},  {"max", number(s.max)},
-                                   {"max_time", number(s.max_time)},  {"final", number(s.last)}};
+      nlohmann::ordered_json entry{
+          {"unit", quantity_of(probe.quantity).unit}, {"min", number(s.min)},
+          {"min_time", number(s.min_time)},           {"max", number(s.max)},
+          {"max_time", number(s.max_time)},           {"final", number(s.last)}};
       if (std::isfinite(s.frequency)) entry["frequency"] = s.frequency;
       json[probe.columns[c]] = std::move(entry);
     }

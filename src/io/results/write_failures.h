@@ -1,13 +1,10 @@
 // The handling of files that a recorder of results cannot write.
 #pragma once
 
-#include <functional>
 #include <optional>
 
 #include "tetraction/core/error.h"
-#include "tetraction/io/run_recorder.h"
 #include "tetraction/mesh/mesh_part.h"
-#include "tetraction/simulation/session.h"
 
 namespace tetraction {
 
@@ -21,15 +18,34 @@ void attempt(std::optional<OutputError>& failure, const Work& work) {
   }
 }
 
-/// How the run ended, for summary.json. `stop_code` may be empty; it gives the exit code of a run that was
-/// stopped.
-RunEnd end_of(const Session& session, const std::optional<OutputError>& failure,
-              const std::function<int()>& stop_code);
+// The following functions are collective for a part, and change nothing for a whole mesh (null).
 
-/// If a process has a failure, all have that of the first such process afterwards. Collective.
-void share(const MeshPart& part, std::optional<OutputError>& failure);
+/// If a process has a failure, all have that of the first such process afterwards.
+void share(const MeshPart* part, std::optional<OutputError>& failure);
 
 /// As share(). Throws the failure in all processes if there is one.
-void throw_together(const MeshPart& part, std::optional<OutputError> failure);
+void throw_together(const MeshPart* part, std::optional<OutputError> failure);
+
+/// Whether this process writes the files that there are once.
+inline bool is_first(const MeshPart* part) {
+  return part == nullptr || part->rank() == 0;
+}
+
+/// Does the work. If a process cannot write, all throw its OutputError. What the work asks other processes comes before
+/// anything that can fail.
+template <class Work>
+void write_together(const MeshPart* part, const Work& work) {
+  std::optional<OutputError> failure;
+  attempt(failure, work);
+  throw_together(part, failure);
+}
+
+/// The same for work of process 0.
+template <class Work>
+void write_once(const MeshPart* part, const Work& work) {
+  write_together(part, [&] {
+    if (is_first(part)) work();
+  });
+}
 
 }  // namespace tetraction

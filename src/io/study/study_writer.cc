@@ -177,7 +177,7 @@ std::string study_json(const StudyResult& result, const std::string& scene_name,
   for (const ProbeColumns& probe : result.probes) {
     json["probes"].push_back({{"name", probe.name},
                               {"quantity", to_string(probe.quantity)},
-                              {"unit", unit_of(probe.quantity)},
+                              {"unit", quantity_of(probe.quantity).unit},
                               {"columns", probe.columns}});
   }
   json["runs"] = nlohmann::ordered_json::array();

@@ -1,10 +1,8 @@
 // Walls that are too thin for nodal volumes.
 #include <fmt/format.h>
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <vector>
 
 #include "tetraction/simulation/warnings.h"
@@ -29,14 +27,6 @@ MarkedVertices vertices_of(const TetMesh& mesh, const Condition& condition) {
   return marks;
 }
 
-double volume(const TetMesh& mesh, const std::array<Index, 4>& tetrahedron) {
-  const Vector3 origin = mesh.vertices[index(tetrahedron[0])];
-  const auto edge = [&](std::size_t i) -> Vector3 {
-    return mesh.vertices[index(tetrahedron[i])] - origin;
-  };
-  return std::abs(edge(1).dot(edge(2).cross(edge(3)))) / 6.0;
-}
-
 // The share of the body's volume in walls that are one or two tetrahedra thick. Walls of three have tetrahedra
 // between their two inner layers of vertices.
 double share_of_thin_walls(const TetMesh& mesh) {
@@ -54,10 +44,10 @@ double share_of_thin_walls(const TetMesh& mesh) {
   const MarkedVertices thick = vertices_of(mesh, [&](const auto& t) { return touches(t, core); });
   double thin = 0.0;
   double total = 0.0;
-  for (const auto& tetrahedron : mesh.tetrahedra) {
-    const double own = volume(mesh, tetrahedron);
+  for (Index e = 0; e < mesh.tetrahedron_count(); ++e) {
+    const double own = mesh.volume(e);
     total += own;
-    if (!touches(tetrahedron, thick)) thin += own;
+    if (!touches(mesh.tetrahedra[index(e)], thick)) thin += own;
   }
   return thin / total;
 }

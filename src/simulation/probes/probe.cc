@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <array>
 #include <set>
@@ -12,40 +11,10 @@
 #include "point_location.h"
 #include "simulation/scene/setting_keys.h"
 #include "tetraction/core/error.h"
-#include "tetraction/dynamics/derived_fields.h"
-#include "tetraction/dynamics/nodal_fields.h"
 #include "tetraction/simulation/session.h"
 
 namespace tetraction {
 namespace {
-
-// The shape of the value of a quantity.
-enum class ValueShape { kVector, kSymmetricTensor, kScalar };
-// Over what it is computed.
-enum class ValueDomain { kMeanOfVertices, kSumOfVertices, kTetrahedra };
-
-struct QuantityEntry {
-  ProbeQuantity quantity;
-  const char* unit;
-  ValueShape shape;
-  ValueDomain domain;
-};
-
-constexpr std::array<QuantityEntry, 9> kQuantities{
-    {{ProbeQuantity::kDisplacement, "m", ValueShape::kVector, ValueDomain::kMeanOfVertices},
-     {ProbeQuantity::kPosition, "m", ValueShape::kVector, ValueDomain::kMeanOfVertices},
-     {ProbeQuantity::kVelocity, "m/s", ValueShape::kVector, ValueDomain::kMeanOfVertices},
-     {ProbeQuantity::kMomentum, "kg m/s", ValueShape::kVector, ValueDomain::kSumOfVertices},
-     {ProbeQuantity::kForce, "N", ValueShape::kVector, ValueDomain::kSumOfVertices},
-     {ProbeQuantity::kReaction, "N", ValueShape::kVector, ValueDomain::kSumOfVertices},
-     {ProbeQuantity::kCauchyStress, "Pa", ValueShape::kSymmetricTensor, ValueDomain::kTetrahedra},
-     {ProbeQuantity::kVonMises, "Pa", ValueShape::kScalar, ValueDomain::kTetrahedra},
-     {ProbeQuantity::kJacobian, "", ValueShape::kScalar, ValueDomain::kTetrahedra}}};
-
-const QuantityEntry& entry_of(ProbeQuantity quantity) {
-  return *std::find_if(kQuantities.begin(), kQuantities.end(),
-                       [&](const QuantityEntry& entry) { return entry.quantity == quantity; });
-}
 
 template <class Add>
 Vector3 sum(const std::vector<Index>& vertices, const Vector& field, const Add& add) {
@@ -58,29 +27,6 @@ Vector3 sum(const std::vector<Index>& vertices, const Vector& field, const Add& 
 }
 
 }  // namespace
-
-const char* unit_of(ProbeQuantity quantity) {
-  return entry_of(quantity).unit;
-}
-
-bool is_sum(ProbeQuantity quantity) {
-  return entry_of(quantity).domain == ValueDomain::kSumOfVertices;
-}
-
-const std::vector<const char*>& column_endings(ProbeQuantity quantity) {
-  static const std::vector<const char*> vector{"_x", "_y", "_z"};
-  static const std::vector<const char*> tensor{"_xx", "_yy", "_zz", "_xy", "_yz", "_xz"};
-  static const std::vector<const char*> scalar{""};
-  switch (entry_of(quantity).shape) {
-    case ValueShape::kVector:
-      return vector;
-    case ValueShape::kSymmetricTensor:
-      return tensor;
-    case ValueShape::kScalar:
-      break;
-  }
-  return scalar;
-}
 
 struct ProbeSet::Impl {
   // Where a probe is. The vertices or the tetrahedra are those of its quantity; the other list is
@@ -119,7 +65,8 @@ struct ProbeSet::Impl {
   Place place_of(const ProbeSettings& probe) const {
     const TetMesh& mesh = system.mesh();
     Place place;
-    const bool of_tetrahedra = entry_of(probe.quantity).domain == ValueDomain::kTetrahedra;
+    const Quantity& quantity = quantity_of(probe.quantity);
+    const bool of_tetrahedra = quantity.domain == ValueDomain::kTetrahedra;
     if (probe.point && of_tetrahedra && mesh.is_quadratic()) {
       for (const PointInMesh& found : locate_all(mesh, *probe.point)) {
         place.tetrahedra.push_back(found.tetrahedron);
@@ -144,7 +91,7 @@ struct ProbeSet::Impl {
       place.vertices = select_vertices(mesh, probe.select);
       if (mesh.part) take_own_vertices(place);
     }
-    if (probe.quantity == ProbeQuantity::kDisplacement) {
+    if (quantity.is_relative) {
       for (const Index v : place.vertices) {
         place.positions.push_back(mesh.vertices[static_cast<std::size_t>(v)]);
       }
@@ -171,25 +118,6 @@ struct ProbeSet::Impl {
     return sum(place.vertices, field, [](std::size_t, const auto& u) -> Vector3 { return u; });
   }
 
-  template <class Value>
-  double mean_of_tetrahedra(const Place& place, const Value& value) const {
-    double total = 0.0;
-    for (std::size_t i = 0; i < place.tetrahedra.size(); ++i) total += place.weights[i] * value(i);
-    return total;
-  }
-
-  Matrix3 stress_of(const Place& place, std::size_t i, const Vector& q) const {
-    const Index e = place.tetrahedra[i];
-    if (place.coordinates.empty()) return cauchy_stress(system, e, q);
-    return values_at(system, e, place.coordinates[i], q).cauchy_stress;
-  }
-
-  double jacobian_of(const Place& place, std::size_t i, const Vector& q) const {
-    const Index e = place.tetrahedra[i];
-    if (place.coordinates.empty()) return volume_ratio(system, e, q);
-    return values_at(system, e, place.coordinates[i], q).jacobian;
-  }
-
   void evaluate(std::size_t probe, const Session& session, double* values) const {
     evaluate_part(probe, session, values);
     const ProbeColumns& columns = probes[probe];
@@ -199,39 +127,20 @@ struct ProbeSet::Impl {
   void evaluate_part(std::size_t probe, const Session& session, double* values) const {
     const Place& place = places[probe];
     const ProbeColumns& columns = probes[probe];
+    const Quantity& quantity = quantity_of(columns.quantity);
     double* out = values + columns.first;
-    const State& state = session.present_state();
-    const auto put = [out](const Vector3& vector) {
-      std::copy(vector.data(), vector.data() + 3, out);
-    };
-    switch (columns.quantity) {
-      case ProbeQuantity::kDisplacement:
-      case ProbeQuantity::kPosition:
-        return put(mean(place, state.position));
-      case ProbeQuantity::kVelocity:
-        return put(mean(place, state.velocity));
-      case ProbeQuantity::kMomentum:
-        return put(total(place, state.momentum));
-      case ProbeQuantity::kForce:
-        return put(total(place, session.present_external_force()));
-      case ProbeQuantity::kReaction:
-        return put(total(place, session.reaction_force()));
-      case ProbeQuantity::kCauchyStress: {
-        Vector6 total = Vector6::Zero();
-        for (std::size_t i = 0; i < place.tetrahedra.size(); ++i) {
-          total += place.weights[i] * six_components(stress_of(place, i, state.position));
-        }
-        std::copy(total.data(), total.data() + 6, out);
-        return;
-      }
-      case ProbeQuantity::kVonMises:
-        *out = mean_of_tetrahedra(
-            place, [&](std::size_t i) { return von_mises(stress_of(place, i, state.position)); });
-        return;
-      case ProbeQuantity::kJacobian:
-        *out = mean_of_tetrahedra(
-            place, [&](std::size_t i) { return jacobian_of(place, i, state.position); });
-        return;
+    if (quantity.domain == ValueDomain::kVertices) {
+      const Vector& field = quantity.of_vertices(session);
+      Eigen::Map<Vector3>{out} = quantity.is_sum ? total(place, field) : mean(place, field);
+      return;
+    }
+    std::array<double, 9> own{};
+    std::fill_n(out, columns.size(), 0.0);
+    for (std::size_t i = 0; i < place.tetrahedra.size(); ++i) {
+      const auto* point = place.coordinates.empty() ? nullptr : &place.coordinates[i];
+      quantity.of_element({system, place.tetrahedra[i], session.present_state().position, point},
+                          own.data());
+      for (std::size_t c = 0; c < columns.size(); ++c) out[c] += place.weights[i] * own[c];
     }
   }
 };
@@ -247,7 +156,7 @@ ProbeSet::ProbeSet(const std::vector<ProbeSettings>& probes, const MechanicalSys
     columns.every = probe.every;
     try {
       check_settings(probe);
-      for (const char* ending : column_endings(probe.quantity)) {
+      for (const char* ending : component_endings(quantity_of(probe.quantity).shape)) {
         columns.columns.push_back(probe.name + ending);
         if (!taken.insert(columns.columns.back()).second) {
           throw InputError(

@@ -7,7 +7,6 @@
 #include "core/spelling.h"
 #include "sections.h"
 #include "setting_values.h"
-#include "tetraction/simulation/output_fields.h"
 #include "tetraction/simulation/probe.h"
 
 namespace tetraction {
@@ -15,7 +14,7 @@ namespace {
 
 std::string fields_conflict(const OutputSettings& output) {
   NameList known{kDefaultFields};
-  for (const OutputField& field : output_fields()) known.emplace_back(field.name);
+  for (const Quantity* field : frame_quantities()) known.emplace_back(field->name);
   for (const std::string& name : output.fields) {
     if (std::find(known.begin(), known.end(), name) != known.end()) continue;
     const std::string_view near = nearest_name(name, known);
@@ -36,7 +35,7 @@ std::string name_conflict(const ProbeSettings& probe) {
 }
 
 std::string sum_at_point_conflict(const ProbeSettings& probe) {
-  if (!probe.point || !is_sum(probe.quantity)) return {};
+  if (!probe.point || !quantity_of(probe.quantity).is_sum) return {};
   return fmt::format(
       "= \"{}\" is a sum over vertices, which a point does not have: give select instead of point.",
       to_string(probe.quantity));

@@ -338,7 +338,7 @@ TEST_F(Files, ARecordedRunIsReplayed) {
   EXPECT_EQ(window_->chart()->row_count(), static_cast<std::size_t>(live.step) + 1);
   // All that tetraction run writes: whatever field colours the body is there.
   for (const ColorField field :
-       {ColorField::kVonMises, ColorField::kJacobian, ColorField::kEnergyDensity}) {
+       {find_quantity("von_mises"), find_quantity("jacobian"), find_quantity("energy_density")}) {
     const auto frame = Replay(directory.toStdString()).frame(frames - 1, field);
     EXPECT_EQ(static_cast<Index>(frame->field_values.size()),
               window_->replay()->mesh().tetrahedron_count());
@@ -452,7 +452,7 @@ TEST_F(Files, TheNextWindowIsAsThisOneWas) {
   EXPECT_FALSE(drawing.edges);
   EXPECT_TRUE(drawing.surface);
   EXPECT_FALSE(drawing.clip);  // of one body
-  EXPECT_EQ(drawing.field, ColorField::kDisplacement);
+  EXPECT_EQ(drawing.field, find_quantity("displacement"));
   EXPECT_EQ(drawing.background, Background::kDark);
   EXPECT_EQ(drawing.light_azimuth, 90.0);
   EXPECT_EQ(drawing.arrow_scale, 4.0);
@@ -462,7 +462,7 @@ TEST_F(Files, TheNextWindowIsAsThisOneWas) {
   // The simulation is told of the field that is remembered.
   show(quiet_beam());
   settle();
-  EXPECT_EQ(state().field, ColorField::kDisplacement);
+  EXPECT_EQ(state().field, find_quantity("displacement"));
 }
 
 TEST_F(Files, ClosingWhileRunningStops) {

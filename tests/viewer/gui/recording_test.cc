@@ -44,7 +44,7 @@ class Recordings : public WindowTest {
       if (i > 0) {
         EXPECT_GT(replay.times()[i], replay.times()[i - 1]);
       }
-      EXPECT_EQ(replay.frame(i, ColorField::kSpeed)->position.size(),
+      EXPECT_EQ(replay.frame(i, find_quantity("velocity"))->position.size(),
                 3 * replay.mesh().vertex_count());
     }
     ASSERT_FALSE(replay.history().empty());
@@ -105,7 +105,7 @@ TEST_F(Recordings, ARunHasAFrameForEachTime) {
   EXPECT_EQ(replay.times().front(), 0.0);
   const std::size_t end = replay.times().size() - 1;
   EXPECT_EQ(replay.times().back(), live.time);
-  EXPECT_LT((replay.frame(end, ColorField::kSpeed)->position - live.position).norm(), 1e-6);
+  EXPECT_LT((replay.frame(end, find_quantity("velocity"))->position - live.position).norm(), 1e-6);
 }
 
 TEST_F(Recordings, AResetEndsTheRecordingOfARun) {

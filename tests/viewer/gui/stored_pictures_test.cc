@@ -39,7 +39,7 @@ class StoredPictures : public testing::Test {
 TEST_F(StoredPictures, ViewOfABentBeam) {
   BodyView view;
   show(view, 640, 480);
-  bend(view, ColorField::kVonMises);
+  bend(view, find_quantity("von_mises"));
   view.render();
   expect_as_stored(view.picture(), "von_mises", kThreshold);
 
@@ -53,9 +53,9 @@ TEST_F(StoredPictures, ViewOfABentBeam) {
 TEST_F(StoredPictures, ClipPlaneAndVolumeRatio) {
   BodyView view;
   show(view, 640, 480);
-  bend(view, ColorField::kJacobian);
+  bend(view, find_quantity("jacobian"));
   DrawingSettings drawing;
-  drawing.field = ColorField::kJacobian;
+  drawing.field = find_quantity("jacobian");
   drawing.clip = true;
   drawing.clip_axis = 2;
   drawing.clip_at = 0.6;
@@ -66,9 +66,9 @@ TEST_F(StoredPictures, ClipPlaneAndVolumeRatio) {
 TEST_F(StoredPictures, PointsRestShapeAxesAndArrowsOnADarkBackground) {
   BodyView view;
   show(view, 640, 480);
-  bend(view, ColorField::kDisplacement);
+  bend(view, find_quantity("displacement"));
   DrawingSettings drawing;
-  drawing.field = ColorField::kDisplacement;
+  drawing.field = find_quantity("displacement");
   drawing.surface = drawing.edges = false;
   drawing.points = drawing.rest = drawing.axes = drawing.momenta = drawing.reactions = true;
   drawing.background = Background::kDark;
@@ -79,10 +79,10 @@ TEST_F(StoredPictures, PointsRestShapeAxesAndArrowsOnADarkBackground) {
 TEST_F(StoredPictures, SelectionAndAttraction) {
   BodyView view;
   show(view, 640, 480);
-  bend(view, ColorField::kNone, 0);
+  bend(view, nullptr, 0);
   view.set_attraction(true);
   DrawingSettings drawing;
-  drawing.field = ColorField::kNone;
+  drawing.field = nullptr;
   drawing.light_azimuth = 60.0;
   view.set_drawing(drawing);
   view.set_selection({8, 17, 26, 80});

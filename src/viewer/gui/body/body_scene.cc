@@ -204,7 +204,7 @@ void BodyScene::color(const Snapshot& snapshot) {
   const auto n = static_cast<std::size_t>(points_->GetNumberOfPoints());
   const auto m = static_cast<std::size_t>(grid_->GetNumberOfCells());
   // The body has no colours until the solver has computed the new field.
-  const bool fits = snapshot.field == drawing_.field && drawing_.field != ColorField::kNone &&
+  const bool fits = snapshot.field == drawing_.field && drawing_.field != nullptr &&
                     values.size() == (snapshot.field_on_cells ? m : n);
   for (vtkPolyDataMapper* mapper :
        {surface_mapper_.Get(), section_mapper_.Get(), cloud_mapper_.Get()}) {
@@ -216,7 +216,7 @@ void BodyScene::color(const Snapshot& snapshot) {
     }
   }
   if (!fits) return;
-  if (snapshot.field == ColorField::kRegion) {
+  if (snapshot.field->is_integral) {
     const int regions = 1 + static_cast<int>(*std::max_element(values.begin(), values.end()));
     if (std::exchange(regions_, regions) != regions) {
       color_bar_.set(drawing_, regions_, text_gray_);

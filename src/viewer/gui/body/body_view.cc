@@ -12,16 +12,18 @@
 #include <vtkRenderer.h>
 #include <vtkTextProperty.h>
 
+#include <Eigen/Geometry>
 #include <QMouseEvent>
 #include <QOpenGLContext>
 #include <QOpenGLFunctions>
 #include <QRubberBand>
 #include <QVBoxLayout>
 #include <algorithm>
+#include <array>
 #include <limits>
+#include <optional>
 #include <utility>
 
-#include "ray_picking.h"
 #include "viewer/gui/widgets/vtk_widget.h"
 
 namespace tetraction::viewer {
@@ -29,6 +31,40 @@ namespace {
 
 constexpr double kClickDistance = 4.0;    // pixels; a shorter movement of the mouse is a click
 constexpr double kNearSilhouette = 10.0;  // pixels; a click this near to the body picks a vertex
+
+// The nearest triangle that a ray intersects in front of its origin.
+struct RayHit {
+  std::size_t triangle = 0;
+  double distance = 0.0;  // from the origin, in lengths of the direction
+};
+
+// `position`: 3 per vertex. Intersections for which `is_drawn` returns false are ignored.
+template <class IsDrawn>
+std::optional<RayHit> first_hit(const std::vector<std::array<Index, 3>>& triangles,
+                                const Vector& position, const Vector3& origin,
+                                const Vector3& direction, const IsDrawn& is_drawn) {
+  // The method of Möller and Trumbore (1997), for both sides of a triangle.
+  std::optional<RayHit> nearest;
+  for (std::size_t t = 0; t < triangles.size(); ++t) {
+    const Vector3 a = vertex_block(position, triangles[t][0]);
+    const Vector3 ab = vertex_block(position, triangles[t][1]) - a;
+    const Vector3 ac = vertex_block(position, triangles[t][2]) - a;
+    const Vector3 p = direction.cross(ac);
+    const double determinant = ab.dot(p);
+    if (determinant == 0.0) continue;
+    const Vector3 s = origin - a;
+    const double u = s.dot(p) / determinant;
+    if (!(u >= 0.0 && u <= 1.0)) continue;
+    const Vector3 q = s.cross(ab);
+    const double v = direction.dot(q) / determinant;
+    if (!(v >= 0.0 && u + v <= 1.0)) continue;
+    const double distance = ac.dot(q) / determinant;
+    if (!(distance > 0.0) || (nearest && distance >= nearest->distance)) continue;
+    if (!is_drawn(origin + distance * direction)) continue;
+    nearest = RayHit{t, distance};
+  }
+  return nearest;
+}
 
 }  // namespace
 

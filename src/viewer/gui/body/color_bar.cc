@@ -8,7 +8,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 #include <string>
+#include <string_view>
 
 namespace tetraction::viewer {
 namespace {
@@ -34,8 +36,8 @@ constexpr std::array<std::array<double, 3>, 7> kRegions = {{{0.27, 0.47, 0.67},
                                                             {0.73, 0.73, 0.73}}};
 
 // The least range. Values below it are round-off of a body at rest.
-double least_range(ColorField field) {
-  return field == ColorField::kVonMises ? 1e-3 : 1e-9;
+double least_range(const Quantity& quantity) {
+  return quantity.unit == std::string_view("Pa") ? 1e-3 : 1e-9;
 }
 
 // The smallest number with one or two digits that is not below x > 0.
@@ -49,41 +51,6 @@ double round_up(double x) {
 }
 
 }  // namespace
-
-const char* field_name(ColorField field) {
-  switch (field) {
-    case ColorField::kNone:
-      return "One colour";
-    case ColorField::kDisplacement:
-      return "Displacement";
-    case ColorField::kSpeed:
-      return "Speed";
-    case ColorField::kVonMises:
-      return "von Mises stress";
-    case ColorField::kEnergyDensity:
-      return "Energy density";
-    case ColorField::kJacobian:
-      return "Volume ratio J";
-    case ColorField::kRegion:
-      return "Region";
-  }
-  return "";
-}
-
-const char* field_unit(ColorField field) {
-  switch (field) {
-    case ColorField::kDisplacement:
-      return "m";
-    case ColorField::kSpeed:
-      return "m/s";
-    case ColorField::kVonMises:
-      return "Pa";
-    case ColorField::kEnergyDensity:
-      return "J/m³";
-    default:
-      return "";
-  }
-}
 
 ColorBar::ColorBar(vtkRenderer* renderer) {
   fill(false, 0);
@@ -137,7 +104,8 @@ void ColorBar::set(const DrawingSettings& drawing, int region_count, double text
     known_ = false;
   }
   drawing_ = drawing;
-  const bool regions = drawing.field == ColorField::kRegion;
+  const Quantity* field = drawing.field;
+  const bool regions = field != nullptr && field->is_integral;
   const int shown = regions ? region_count : 0;
   if (shown != shown_regions_) {
     shown_regions_ = shown;
@@ -159,25 +127,23 @@ void ColorBar::set(const DrawingSettings& drawing, int region_count, double text
   if (regions) {
     for (int i = 0; i < region_count; ++i) table_->SetAnnotation(i, std::to_string(i));
   }
-  std::string title = field_name(drawing.field);
-  if (const std::string unit = field_unit(drawing.field); !unit.empty()) {
-    title += "\n[" + unit + "]";
-  }
+  std::string title = field != nullptr ? field->color.name : "";
+  if (field != nullptr && *field->unit != '\0') title += std::string("\n[") + field->unit + "]";
   bar_->SetTitle(title.c_str());
   bar_->GetTitleTextProperty()->SetColor(text_gray, text_gray, text_gray);
   bar_->GetLabelTextProperty()->SetColor(text_gray, text_gray, text_gray);
   bar_->GetAnnotationTextProperty()->SetColor(text_gray, text_gray, text_gray);
-  bar_->SetVisibility(drawing.field != ColorField::kNone);
+  bar_->SetVisibility(field != nullptr);
 }
 
 void ColorBar::follow(const std::vector<float>& values) {
-  if (!drawing_.automatic_range || drawing_.field == ColorField::kRegion || values.empty()) return;
+  const Quantity* field = drawing_.field;
+  if (!drawing_.automatic_range || field == nullptr || field->is_integral || values.empty()) return;
   const auto [least, most] = std::minmax_element(values.begin(), values.end());
   if (!std::isfinite(*least) || !std::isfinite(*most)) return;
-  // The range of magnitudes and densities begins at zero. The middle of the range of J is 1.
-  const bool around_one = drawing_.field == ColorField::kJacobian;
-  const double spread = around_one ? std::max({1.0 - *least, *most - 1.0, 1e-6})
-                                   : std::max<double>(*most, least_range(drawing_.field));
+  const std::optional<double> middle = field->color.middle;
+  const double spread = middle ? std::max({*middle - *least, *most - *middle, 1e-6})
+                               : std::max<double>(*most, least_range(*field));
   // A range that changes in every picture cannot be read. Therefore it grows in steps, and it shrinks
   // only after it has been much too large for many pictures.
   constexpr double kMuchTooLarge = 0.4;
@@ -187,8 +153,8 @@ void ColorBar::follow(const std::vector<float>& values) {
   known_ = true;
   too_large_ = 0;
   spread_ = round_up(spread);
-  low_ = around_one ? 1.0 - spread_ : 0.0;
-  high_ = around_one ? 1.0 + spread_ : spread_;
+  low_ = middle ? *middle - spread_ : 0.0;
+  high_ = middle ? *middle + spread_ : spread_;
   table_->SetTableRange(low_, high_);
 }
 

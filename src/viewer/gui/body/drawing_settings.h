@@ -9,7 +9,7 @@ enum class Background { kLight, kWhite, kDark };
 
 struct DrawingSettings {
   bool surface = true, edges = true, points = false;
-  ColorField field = ColorField::kVonMises;
+  ColorField field = find_quantity("von_mises");
   bool automatic_range = true;   ///< whether the colour range follows the data
   double range[2] = {0.0, 1.0};  ///< colour range if it is not automatic, in the field's unit
   bool forces = true, momenta = false, reactions = false;
@@ -23,10 +23,5 @@ struct DrawingSettings {
   double light_elevation = 35.0;  ///< degrees above the camera
   Background background = Background::kLight;
 };
-
-/// The name of a field, such as "von Mises stress".
-const char* field_name(ColorField field);
-/// The unit of a field, such as "Pa". Empty for dimensionless fields.
-const char* field_unit(ColorField field);
 
 }  // namespace tetraction::viewer

@@ -6,8 +6,6 @@
 #include <cmath>
 #include <limits>
 
-#include "tetraction/simulation/probe.h"
-
 namespace tetraction::viewer {
 namespace {
 
@@ -71,11 +69,11 @@ std::vector<ChartProbe> chart_probes(const std::vector<ProbeSettings>& probes) {
     entry.name = probe.name;
     std::string quantity = to_string(probe.quantity);
     std::replace(quantity.begin(), quantity.end(), '_', ' ');
-    const std::string unit = unit_of(probe.quantity);
+    const std::string unit = quantity_of(probe.quantity).unit;
     entry.axis = fmt::format("{}: {}{}", probe.name, quantity,
                              unit.empty() ? "" : fmt::format(" [{}]", unit));
     entry.first = first;
-    for (const char* ending : column_endings(probe.quantity)) {
+    for (const char* ending : component_endings(quantity_of(probe.quantity).shape)) {
       entry.columns.push_back(probe.name + ending);
     }
     first += entry.columns.size();
@@ -96,9 +94,7 @@ ChartKind chart_kind_of(const ChartProbe& probe) {
 
 std::string history_text(const std::vector<HistoryRow>& rows,
                          const std::vector<ChartProbe>& probes) {
-  std::string text =
-      "step,time,kinetic_energy,elastic_energy,environment_energy,total_energy,external_work,"
-      "dissipated_energy,constraint_work,edit_work,energy_error,px,py,pz,lx,ly,lz,iterations";
+  std::string text = fmt::format("step,{},iterations", kHistoryNumbers);
   for (const ChartProbe& probe : probes) text += fmt::format(",{}", fmt::join(probe.columns, ","));
   text += '\n';
   for (const HistoryRow& r : rows) {
@@ -106,13 +102,7 @@ std::string history_text(const std::vector<HistoryRow>& rows,
     const auto add = [&text](double value) {
       text += std::isnan(value) ? "," : fmt::format(",{:.17g}", value);
     };
-    for (const double value :
-         {r.time, r.kinetic, r.elastic, r.environment, r.total, r.external_work,
-          r.dissipated_energy, r.constraint_work, r.edit_work, r.energy_error,
-          r.linear_momentum.x(), r.linear_momentum.y(), r.linear_momentum.z(),
-          r.angular_momentum.x(), r.angular_momentum.y(), r.angular_momentum.z()}) {
-      add(value);
-    }
+    for (const double* value : numbers_of(r)) add(*value);
     text += std::isnan(r.total) ? "," : fmt::format(",{}", r.iterations);
     for (const ChartProbe& probe : probes) {
       for (std::size_t c = 0; c < probe.columns.size(); ++c) add(probe_value(r, probe.first + c));

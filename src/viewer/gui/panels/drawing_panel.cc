@@ -15,10 +15,14 @@
 namespace tetraction::viewer {
 namespace {
 
-constexpr ColorField kFields[] = {ColorField::kNone,          ColorField::kDisplacement,
-                                  ColorField::kSpeed,         ColorField::kVonMises,
-                                  ColorField::kEnergyDensity, ColorField::kJacobian,
-                                  ColorField::kRegion};
+// The place of a colour in the list, which begins with one colour.
+int place_of(ColorField field) {
+  return field != nullptr ? field->color.place : 0;
+}
+
+ColorField color_at(int place) {
+  return place > 0 ? color_quantities()[static_cast<std::size_t>(place) - 1] : nullptr;
+}
 
 }  // namespace
 
@@ -74,19 +78,16 @@ DrawingPanel::DrawingPanel(QWidget* parent) : QWidget(parent) {
   field_ = new QComboBox(this);
   field_->setObjectName(QStringLiteral("color_field"));
   field_->setToolTip(tr("What colours the body"));
-  for (const ColorField field : kFields) {
-    const QString unit = QString::fromUtf8(field_unit(field));
-    const QString name = QString::fromUtf8(field_name(field));
+  field_->addItem(tr("One colour"));
+  for (const Quantity* quantity : color_quantities()) {
+    const QString unit = QString::fromUtf8(quantity->unit);
+    const QString name = QString::fromUtf8(quantity->color.name);
     field_->addItem(unit.isEmpty() ? name : QStringLiteral("%1 [%2]").arg(name, unit));
   }
   color->addRow(tr("By"), field_);
-  shows_.emplace_back([this] {
-    for (int i = 0; i < field_->count(); ++i) {
-      if (kFields[i] == drawing_.field) field_->setCurrentIndex(i);
-    }
-  });
+  shows_.emplace_back([this] { field_->setCurrentIndex(place_of(drawing_.field)); });
   connect(field_, QOverload<int>::of(&QComboBox::activated), this, [this](int i) {
-    drawing_.field = kFields[i];
+    drawing_.field = color_at(i);
     drawing_.automatic_range = true;
     emit_changed();
   });
@@ -225,7 +226,7 @@ void DrawingPanel::save(QSettings& settings) const {
   for (const auto& [name, number] : numbers_) {
     settings.setValue(QLatin1String("drawing/") + QLatin1String(name), drawing_.*number);
   }
-  settings.setValue(QStringLiteral("drawing/field"), static_cast<int>(drawing_.field));
+  settings.setValue(QStringLiteral("drawing/field"), place_of(drawing_.field));
   settings.setValue(QStringLiteral("drawing/background"), static_cast<int>(drawing_.background));
 }
 
@@ -243,10 +244,8 @@ void DrawingPanel::load(QSettings& settings) {
   drawing_.clip = false;
   drawing_.automatic_range = true;
   const int field =
-      settings.value(QStringLiteral("drawing/field"), static_cast<int>(drawing_.field)).toInt();
-  if (field >= 0 && field <= static_cast<int>(ColorField::kRegion)) {
-    drawing_.field = static_cast<ColorField>(field);
-  }
+      settings.value(QStringLiteral("drawing/field"), place_of(drawing_.field)).toInt();
+  if (field >= 0 && field < field_->count()) drawing_.field = color_at(field);
   const int background = settings.value(QStringLiteral("drawing/background"), 0).toInt();
   if (background >= 0 && background <= static_cast<int>(Background::kDark)) {
     drawing_.background = static_cast<Background>(background);

@@ -20,7 +20,7 @@
 #include "tetraction/core/error.h"
 #include "tetraction/io/frame_reader.h"
 #include "tetraction/io/mesh_reader.h"
-#include "tetraction/simulation/probe.h"
+#include "viewer/snapshot_maker.h"
 
 namespace tetraction::viewer {
 namespace {
@@ -33,47 +33,11 @@ Vector vectors(const Matrix& array, Index vertices) {
   return array.reshaped();
 }
 
-// The name of the cell array of a frame that contains a field. Null for fields of vertices, which are
-// computed from positions and velocities.
-const char* cell_array_name(ColorField field) {
-  switch (field) {
-    case ColorField::kVonMises:
-      return "von_mises";
-    case ColorField::kEnergyDensity:
-      return "energy_density";
-    case ColorField::kJacobian:
-      return "jacobian";
-    case ColorField::kRegion:
-      return "region";
-    default:
-      return nullptr;
-  }
-}
-
 // Whether there is a file of that name. What cannot be read, such as a link to itself, counts as one: its
 // reader says what is wrong.
 bool is_there(const fs::path& path) {
   std::error_code error;
   return fs::exists(path, error) || error;
-}
-
-// The name of the point array of a frame that has the values of a field at the vertices: they are drawn
-// where quadratic tetrahedra have them.
-const char* point_array_name(ColorField field) {
-  switch (field) {
-    case ColorField::kVonMises:
-      return "von_mises_nodal";
-    case ColorField::kJacobian:
-      return "jacobian_nodal";
-    default:
-      return nullptr;
-  }
-}
-
-std::vector<float> numbers(const Matrix& values) {
-  std::vector<float> result;
-  for (const double value : values.row(0)) result.push_back(static_cast<float>(value));
-  return result;
 }
 
 // A message that says why a directory without frames.pvd cannot be replayed and what to open instead.
@@ -172,9 +136,7 @@ std::vector<ProbeSettings> probes_of_summary(const std::string& path) {
     ProbeSettings probe;
     probe.name = entry[QLatin1String("name")].toString().toStdString();
     const std::string quantity = entry[QLatin1String("quantity")].toString().toStdString();
-    for (const ProbeQuantity known : values_of<ProbeQuantity>()) {
-      if (quantity == to_string(known)) probe.quantity = known;
-    }
+    probe.quantity = find_named<ProbeQuantity>(quantity).value_or(probe.quantity);
     probes.push_back(std::move(probe));
   }
   return probes;
@@ -183,20 +145,10 @@ std::vector<ProbeSettings> probes_of_summary(const std::string& path) {
 HistoryRow row_without_history(Index step, double time) {
   constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
   HistoryRow row;
+  for (double* number : numbers_of(row)) *number = kNaN;
   row.step = step;
   row.time = time;
-  row.kinetic = row.elastic = row.environment = row.total = kNaN;
-  row.external_work = row.constraint_work = row.dissipated_energy = kNaN;
-  row.edit_work = row.energy_error = kNaN;
-  row.linear_momentum.setConstant(kNaN);
-  row.angular_momentum.setConstant(kNaN);
   return row;
-}
-
-void set_magnitudes(Snapshot& snapshot, const Vector& field) {
-  for (Index v = 0; v < field.size() / 3; ++v) {
-    snapshot.field_values.push_back(static_cast<float>(field.segment<3>(3 * v).norm()));
-  }
 }
 
 }  // namespace
@@ -242,50 +194,26 @@ void Replay::read_collection(const std::string& path) {
 
 void Replay::read_history(const std::string& path) {
   const Table table = read_table(path);
-  const char* const needed[] = {"step",
-                                "time",
-                                "kinetic_energy",
-                                "elastic_energy",
-                                "environment_energy",
-                                "total_energy",
-                                "external_work",
-                                "constraint_work",
-                                "dissipated_energy",
-                                "edit_work",
-                                "energy_error",
-                                "px",
-                                "py",
-                                "pz",
-                                "lx",
-                                "ly",
-                                "lz",
-                                "iterations"};
   // The history of an equilibrium has no columns of a motion (docs/outputs.md).
   if (table.place.count("max_displacement") > 0) kind_ = RunKind::kEquilibrium;
+  const auto column = [&](const std::string& name) {
+    const bool is_absent = kind_ == RunKind::kEquilibrium && table.place.count(name) == 0;
+    return is_absent ? std::nullopt : std::optional(table.column(name));
+  };
+  const auto step = column("step");
   std::vector<std::optional<std::size_t>> columns;
-  for (const char* name : needed) {
-    const bool absent = kind_ == RunKind::kEquilibrium && table.place.count(name) == 0;
-    columns.push_back(absent ? std::nullopt : std::optional(table.column(name)));
-  }
+  for (const std::string& name : cells_of(kHistoryNumbers)) columns.push_back(column(name));
+  const auto iterations = column("iterations");
   for (const std::vector<double>& values : table.rows) {
-    const auto at = [&](std::size_t i) {
-      return columns[i] ? values[*columns[i]] : std::numeric_limits<double>::quiet_NaN();
+    const auto at = [&](const std::optional<std::size_t>& place) {
+      return place ? values[*place] : std::numeric_limits<double>::quiet_NaN();
     };
     HistoryRow row;
-    row.step = whole_number(at(0));
-    row.time = at(1);
-    row.kinetic = at(2);
-    row.elastic = at(3);
-    row.environment = at(4);
-    row.total = at(5);
-    row.external_work = at(6);
-    row.constraint_work = at(7);
-    row.dissipated_energy = at(8);
-    row.edit_work = at(9);
-    row.energy_error = at(10);
-    row.linear_momentum = {at(11), at(12), at(13)};
-    row.angular_momentum = {at(14), at(15), at(16)};
-    row.iterations = static_cast<int>(std::clamp<Index>(whole_number(at(17)), 0, 1'000'000));
+    row.step = whole_number(at(step));
+    const auto numbers = numbers_of(row);
+    for (std::size_t i = 0; i < numbers.size(); ++i) *numbers[i] = at(columns[i]);
+    row.iterations =
+        static_cast<int>(std::clamp<Index>(whole_number(at(iterations)), 0, 1'000'000));
     history_.push_back(row);
   }
 }
@@ -331,14 +259,18 @@ void Replay::read_probes(const std::string& path) {
 
 std::shared_ptr<const Snapshot> Replay::frame(std::size_t i, ColorField field) const {
   const std::string& path = files_[i];
-  const char* cell_array = cell_array_name(field);
   std::vector<std::string> point_names{"displacement",   "velocity",       "momentum",
                                        "external_force", "reaction_force", "fixed"};
-  const char* point_array = mesh_.is_quadratic() ? point_array_name(field) : nullptr;
-  if (point_array != nullptr) point_names.emplace_back(point_array);
-  const StoredFrame frame = read_frame(
-      path, point_names,
-      cell_array != nullptr ? std::vector<std::string>{cell_array} : std::vector<std::string>{});
+  std::vector<std::string> cell_names;
+  const Quantity* drawn =
+      field != nullptr ? &drawn_quantity(*field, mesh_.is_quadratic()) : nullptr;
+  if (drawn != nullptr && drawn->domain == ValueDomain::kVertices) {
+    point_names.emplace_back(drawn->name);
+  }
+  if (drawn != nullptr && field->domain == ValueDomain::kTetrahedra) {
+    cell_names.emplace_back(field->name);
+  }
+  const StoredFrame frame = read_frame(path, point_names, cell_names);
   const Index n = mesh_.vertex_count();
   const Index m = mesh_.tetrahedron_count();
   if (frame.vertex_count != n || frame.tetrahedron_count != m) {
@@ -376,14 +308,13 @@ std::shared_ptr<const Snapshot> Replay::frame(std::size_t i, ColorField field) c
     snapshot->fixed[static_cast<std::size_t>(v)] = fixed(0, v) != 0.0;
   }
   snapshot->field = field;
-  if (field == ColorField::kDisplacement) set_magnitudes(*snapshot, displacement);
-  if (field == ColorField::kSpeed) set_magnitudes(*snapshot, snapshot->velocity);
-  if (point_array != nullptr && frame.point_arrays.back().rows() == 1) {
-    snapshot->field_values = numbers(frame.point_arrays.back());
-  } else if (cell_array != nullptr) {
-    snapshot->field_on_cells = true;
-    if (frame.cell_arrays[0].rows() > 0) snapshot->field_values = numbers(frame.cell_arrays[0]);
-  }
+  if (drawn == nullptr) return snapshot;
+  // Frames without the values of the vertices are drawn with those of the tetrahedra.
+  const bool has_points =
+      drawn->domain == ValueDomain::kVertices && frame.point_arrays.back().rows() > 0;
+  snapshot->field_on_cells = !has_points && !cell_names.empty();
+  if (has_points) snapshot->field_values = color_values(frame.point_arrays.back());
+  if (snapshot->field_on_cells) snapshot->field_values = color_values(frame.cell_arrays[0]);
   return snapshot;
 }
 

@@ -40,7 +40,7 @@ Opened open_file(const std::string& path, std::optional<double> scale) {
   }
   Opened opened;
   opened.replay = std::make_unique<Replay>(path);
-  opened.replay->frame(0, ColorField::kNone);  // throws if the first frame cannot be drawn
+  opened.replay->frame(0, nullptr);  // throws if the first frame cannot be drawn
   opened.shape = make_body_shape(opened.replay->mesh());
   return opened;
 }

@@ -1,0 +1,374 @@
+#include "tetraction/simulation/quantities.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "tetraction/core/parallel.h"
+#include "tetraction/dynamics/derived_fields.h"
+#include "tetraction/dynamics/nodal_fields.h"
+#include "tetraction/simulation/session.h"
+
+namespace tetraction {
+
+// The fields of the present state of a session. Those that come from one loop over the elements are computed
+// together, when the first of them is needed.
+class BodyFields {
+ public:
+  explicit BodyFields(const Session& of)
+      : session(of), system(of.system()), q(of.present_state().position) {}
+
+  const ElementFields& elements() {
+    if (!has_elements_) elements_ = element_fields(system, q);
+    has_elements_ = true;
+    return elements_;
+  }
+  /// To be called when nothing else is computed from the field, which is not copied, because a large mesh
+  /// would need much memory for that.
+  Matrix take(Matrix ElementFields::*member) {
+    elements();
+    return std::move(elements_.*member);
+  }
+  const NodalFields& vertices() {
+    if (!has_vertices_) vertices_ = nodal_fields(system, q);
+    has_vertices_ = true;
+    return vertices_;
+  }
+  // The values at the vertices: of quadratic tetrahedra those of `own`, of linear ones means of the
+  // values of the tetrahedra.
+  Matrix average(Matrix NodalFields::*own, Matrix ElementFields::*of_elements) {
+    return is_quadratic ? vertices().*own : nodal_average(system, elements().*of_elements);
+  }
+  Matrix nodal_stress() {
+    return average(&NodalFields::cauchy_stress, &ElementFields::cauchy_stress);
+  }
+  // Quadratic tetrahedra have stresses at their vertices, which need no recovery.
+  Matrix recovered_stress() {
+    return is_quadratic ? nodal_stress() : recovered_field(system, elements().cauchy_stress);
+  }
+
+  const Session& session;
+  const MechanicalSystem& system;
+  const Vector& q;
+  const bool is_quadratic = system.mesh().is_quadratic();
+
+ private:
+  ElementFields elements_;
+  bool has_elements_ = false;
+  NodalFields vertices_;
+  bool has_vertices_ = false;
+};
+
+namespace {
+
+Matrix fixed_flags(BodyFields& fields) {
+  Matrix fixed(1, fields.system.vertex_count());
+  for (Index v = 0; v < fixed.cols(); ++v) {
+    fixed(0, v) = fields.system.constraints().is_constrained(v) ? 1.0 : 0.0;
+  }
+  return fixed;
+}
+
+Matrix region_numbers(BodyFields& fields) {
+  const MechanicalSystem& system = fields.system;
+  Matrix region(1, system.mesh().tetrahedron_count());
+  for (Index e = 0; e < region.cols(); ++e) {
+    region(0, e) = system.region_count() > 1 ? system.region(e) : system.mesh().region(e);
+  }
+  return region;
+}
+
+Matrix energy_densities(BodyFields& fields) {
+  if (fields.is_quadratic) return fields.elements().energy_density;
+  Vector densities;
+  fields.system.elastic_energy_densities(fields.q, densities);
+  return densities.transpose();
+}
+
+Matrix recovered_von_mises(BodyFields& fields) {
+  if (fields.is_quadratic) return fields.vertices().von_mises;
+  const Matrix stress = fields.recovered_stress();
+  Matrix values(1, stress.cols());
+  for (Index i = 0; i < stress.cols(); ++i) {
+    const auto s = stress.col(i);
+    Matrix3 tensor;
+    tensor << s[0], s[3], s[5], s[3], s[1], s[4], s[5], s[4], s[2];
+    values(0, i) = von_mises(tensor);
+  }
+  return values;
+}
+
+Matrix nodal_pressures(BodyFields& fields) {
+  return fields.is_quadratic
+             ? pressures(fields.nodal_stress())
+             : nodal_average(fields.system, pressures(fields.elements().cauchy_stress));
+}
+
+// The values of one vector for each vertex.
+Matrix vertex_values(const Quantity& quantity, const BodyFields& fields) {
+  const Vector& field = quantity.of_vertices(fields.session);
+  const Index count = fields.system.vertex_count();
+  if (field.size() == 0) return Matrix::Zero(3, count);
+  if (!quantity.is_relative) return field.reshaped(3, count);
+  return (field - fields.system.mesh().rest_positions()).reshaped(3, count);
+}
+
+// The values that are computed for each tetrahedron alone.
+Matrix element_values(const Quantity& quantity, const BodyFields& fields) {
+  const auto rows = static_cast<Index>(component_endings(quantity.shape).size());
+  Matrix values(rows, fields.system.mesh().tetrahedron_count());
+  parallel_for(values.cols(), 512, [&](Index begin, Index end) {
+    for (Index e = begin; e < end; ++e) {
+      quantity.of_element({fields.system, e, fields.q}, values.col(e).data());
+    }
+  });
+  return values;
+}
+
+std::vector<Quantity> all_quantities() {
+  using enum ValueShape;
+  using enum ValueDomain;
+  using P = ProbeQuantity;
+  using F = BodyFields;
+  using E = ElementFields;
+  using N = NodalFields;
+  return {
+      {.name = "displacement",
+       .unit = "m",
+       .shape = kVector,
+       .frames = InFrames::kDefault,
+       .probe = P::kDisplacement,
+       .color = {"Displacement", 1},
+       .is_relative = true,
+       .of_vertices = [](const Session& s) -> const Vector& { return s.present_state().position; }},
+      {.name = "position",
+       .unit = "m",
+       .shape = kVector,
+       .frames = InFrames::kNone,
+       .probe = P::kPosition,
+       .of_vertices = [](const Session& s) -> const Vector& { return s.present_state().position; }},
+      {.name = "velocity",
+       .unit = "m/s",
+       .shape = kVector,
+       .frames = InFrames::kDefault,
+       .probe = P::kVelocity,
+       .color = {"Speed", 2},
+       .of_vertices = [](const Session& s) -> const Vector& { return s.present_state().velocity; }},
+      {.name = "momentum",
+       .unit = "kg m/s",
+       .shape = kVector,
+       .frames = InFrames::kDefault,
+       .probe = P::kMomentum,
+       .is_sum = true,
+       .of_vertices = [](const Session& s) -> const Vector& { return s.present_state().momentum; }},
+      {.name = "external_force",
+       .unit = "N",
+       .shape = kVector,
+       .frames = InFrames::kDefault,
+       .probe = P::kForce,
+       .is_sum = true,
+       .of_vertices = [](const Session& s) -> const Vector& { return s.present_external_force(); }},
+      {.name = "reaction_force",
+       .unit = "N",
+       .shape = kVector,
+       .frames = InFrames::kDefault,
+       .probe = P::kReaction,
+       .is_sum = true,
+       .of_vertices = [](const Session& s) -> const Vector& { return s.reaction_force(); }},
+      {.name = "fixed", .frames = InFrames::kDefault, .is_integral = true, .of_body = fixed_flags},
+      {.name = "deformation",
+       .unit = "m",
+       .shape = kVector,
+       .frames = InFrames::kDefault,
+       .of_body = [](F& f) { return deformation_field(f.system, f.q); }},
+      {.name = "cauchy_stress_nodal",
+       .unit = "Pa",
+       .shape = kSymmetricTensor,
+       .frames = InFrames::kQuadratic,
+       .of_body = [](F& f) { return f.nodal_stress(); }},
+      {.name = "green_strain_nodal",
+       .shape = kSymmetricTensor,
+       .of_body = [](F& f) { return f.average(&N::green_strain, &E::green_strain); }},
+      {.name = "von_mises_nodal",
+       .unit = "Pa",
+       .frames = InFrames::kQuadratic,
+       .of_body = [](F& f) { return f.average(&N::von_mises, &E::von_mises); }},
+      {.name = "pressure_nodal",
+       .unit = "Pa",
+       .frames = InFrames::kNodal,
+       .of_body = nodal_pressures},
+      {.name = "jacobian_nodal",
+       .frames = InFrames::kNodal,
+       .of_body = [](F& f) { return f.average(&N::jacobian, &E::jacobian); }},
+      {.name = "cauchy_stress_recovered",
+       .unit = "Pa",
+       .shape = kSymmetricTensor,
+       .of_body = [](F& f) { return f.recovered_stress(); }},
+      {.name = "von_mises_recovered", .unit = "Pa", .of_body = recovered_von_mises},
+      {.name = "cauchy_stress",
+       .unit = "Pa",
+       .shape = kSymmetricTensor,
+       .domain = kTetrahedra,
+       .frames = InFrames::kDefault,
+       .probe = P::kCauchyStress,
+       .of_element =
+           [](const ElementPlace& at, double* to) {
+             Eigen::Map<Vector6>{to} = six_components(at.cauchy_stress());
+           },
+       .in_elements = &E::cauchy_stress},
+      {.name = "green_strain",
+       .shape = kSymmetricTensor,
+       .domain = kTetrahedra,
+       .frames = InFrames::kDefault,
+       .in_elements = &E::green_strain},
+      {.name = "von_mises",
+       .unit = "Pa",
+       .domain = kTetrahedra,
+       .frames = InFrames::kDefault,
+       .probe = P::kVonMises,
+       .color = {"von Mises stress", 3},
+       .of_element = [](const ElementPlace& at,
+                        double* to) { *to = von_mises(at.cauchy_stress()); },
+       .in_elements = &E::von_mises},
+      {.name = "jacobian",
+       .domain = kTetrahedra,
+       .frames = InFrames::kDefault,
+       .probe = P::kJacobian,
+       .color = {"Volume ratio J", 5, 1.0},
+       .of_element = [](const ElementPlace& at, double* to) { *to = at.jacobian(); },
+       .in_elements = &E::jacobian},
+      {.name = "energy_density",
+       .unit = "J/m³",
+       .domain = kTetrahedra,
+       .frames = InFrames::kDefault,
+       .color = {"Energy density", 4},
+       .of_body = energy_densities,
+       .in_elements = &E::energy_density},
+      {.name = "region",
+       .domain = kTetrahedra,
+       .frames = InFrames::kDefault,
+       .color = {"Region", 6},
+       .is_integral = true,
+       .of_body = region_numbers},
+      {.name = "first_piola",
+       .unit = "Pa",
+       .shape = kTensor,
+       .domain = kTetrahedra,
+       .of_body = [](F& f) { return first_piola_stress(f.system, f.q); }},
+      {.name = "principal_stresses",
+       .unit = "Pa",
+       .shape = kPrincipalValues,
+       .domain = kTetrahedra,
+       .of_body = [](F& f) { return principal_stresses(f.elements().cauchy_stress); }},
+      {.name = "pressure", .unit = "Pa", .domain = kTetrahedra, .of_body = [](F& f) {
+         return pressures(f.elements().cauchy_stress);
+       }}};
+}
+
+}  // namespace
+
+Matrix3 ElementPlace::cauchy_stress() const {
+  return point == nullptr ? tetraction::cauchy_stress(system, tetrahedron, q)
+                          : values_at(system, tetrahedron, *point, q).cauchy_stress;
+}
+
+double ElementPlace::jacobian() const {
+  return point == nullptr ? volume_ratio(system, tetrahedron, q)
+                          : values_at(system, tetrahedron, *point, q).jacobian;
+}
+
+const std::vector<Quantity>& quantities() {
+  static const std::vector<Quantity> all = all_quantities();
+  return all;
+}
+
+const Quantity* find_quantity(const std::string& name) {
+  const auto found = std::ranges::find(quantities(), name, &Quantity::name);
+  return found == quantities().end() ? nullptr : &*found;
+}
+
+const Quantity& named_quantity(const std::string& name) {
+  if (const Quantity* found = find_quantity(name)) return *found;
+  std::vector<const char*> known;
+  for (const Quantity& quantity : quantities()) known.push_back(quantity.name);
+  refuse_name(name, "a quantity", known);
+}
+
+const Quantity& quantity_of(ProbeQuantity probe) {
+  return *std::ranges::find(quantities(), probe, &Quantity::probe);
+}
+
+const std::vector<const char*>& component_endings(ValueShape shape) {
+  static const std::vector<std::vector<const char*>> endings{
+      {""},
+      {"_x", "_y", "_z"},
+      {"_xx", "_yy", "_zz", "_xy", "_yz", "_xz"},
+      {"_xx", "_xy", "_xz", "_yx", "_yy", "_yz", "_zx", "_zy", "_zz"},
+      {"_1", "_2", "_3"}};
+  return endings[static_cast<std::size_t>(shape)];
+}
+
+std::vector<const Quantity*> frame_quantities() {
+  std::vector<const Quantity*> list;
+  for (const Quantity& quantity : quantities()) {
+    if (quantity.frames != InFrames::kNone) list.push_back(&quantity);
+  }
+  return list;
+}
+
+std::vector<const Quantity*> chosen_quantities(const std::vector<std::string>& names,
+                                               VolumeRule volume, bool is_quadratic) {
+  const auto has = [&](const char* name) { return std::ranges::count(names, name) > 0; };
+  std::vector<const Quantity*> list = frame_quantities();
+  std::erase_if(list, [&](const Quantity* quantity) {
+    const bool is_default =
+        quantity->frames == InFrames::kDefault ||
+        (quantity->frames == InFrames::kNodal && volume == VolumeRule::kNodal) ||
+        (quantity->frames == InFrames::kQuadratic && is_quadratic);
+    return !has(quantity->name) && !(is_default && (names.empty() || has(kDefaultFields)));
+  });
+  return list;
+}
+
+const std::vector<const Quantity*>& color_quantities() {
+  static const std::vector<const Quantity*> colors = [] {
+    std::vector<const Quantity*> list;
+    for (const Quantity& quantity : quantities()) {
+      if (quantity.color.name != nullptr) list.push_back(&quantity);
+    }
+    std::ranges::sort(list, {}, [](const Quantity* quantity) { return quantity->color.place; });
+    return list;
+  }();
+  return colors;
+}
+
+const Quantity& drawn_quantity(const Quantity& color, bool is_quadratic) {
+  const Quantity* nodal =
+      is_quadratic ? find_quantity(std::string(color.name) + "_nodal") : nullptr;
+  return nodal != nullptr ? *nodal : color;
+}
+
+std::vector<Matrix> values_of(const Session& session, const std::vector<const Quantity*>& list) {
+  BodyFields fields(session);
+  std::vector<Matrix> values(list.size());
+  for (std::size_t i = 0; i < list.size(); ++i) {
+    const Quantity& quantity = *list[i];
+    if (quantity.in_elements != nullptr) continue;
+    values[i] = quantity.of_body != nullptr       ? quantity.of_body(fields)
+                : quantity.of_vertices != nullptr ? vertex_values(quantity, fields)
+                                                  : element_values(quantity, fields);
+  }
+  for (std::size_t i = 0; i < list.size(); ++i) {
+    if (list[i]->in_elements != nullptr) values[i] = fields.take(list[i]->in_elements);
+  }
+  return values;
+}
+
+Matrix values_of(const Session& session, const Quantity& quantity) {
+  BodyFields fields(session);
+  if (quantity.of_element != nullptr) return element_values(quantity, fields);
+  if (quantity.of_body != nullptr) return quantity.of_body(fields);
+  return quantity.of_vertices != nullptr ? vertex_values(quantity, fields)
+                                         : fields.take(quantity.in_elements);
+}
+
+}  // namespace tetraction
