@@ -203,8 +203,7 @@ TEST_F(QuadraticMesh, OrientationIsThatOfTheCurvedElement) {
     EXPECT_EQ(corrected.report.reoriented, 1);
     EXPECT_NEAR(corrected.volume(0), mesh.volume(0), 1e-15);
     // Probes find places in it.
-    Scene scene;
-    scene.material = elastic(1e5, 0.3);
+    Scene scene = scene_of(elastic(1e5, 0.3));
     Vector3 inside = Vector3::Zero();  // N_a = −1/8 and 1/4 at the centroid
     for (std::size_t a = 0; a < 10; ++a) {
       inside += (a < 4 ? -0.125 : 0.25) * rest.position(rest.nodes(0)[a]);

@@ -5,7 +5,9 @@
 
 #include <memory>
 #include <random>
+#include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "tetraction/dynamics/mechanical_system.h"
@@ -47,6 +49,16 @@ inline Scene spinning_block(Integrator integrator, double step, double end) {
   scene.initial.angular_velocity = {1.0, 2.0, 0.5};
   scene.initial.stretch = {1.1, 0.95, 1.0};
   return scene;
+}
+
+/// A value and its gradient; throws if they are not defined at x.
+template <class Function>
+std::pair<double, Vector> value_and_gradient_of(const Function& function, const Vector& x) {
+  std::pair<double, Vector> result;
+  if (!function.value_and_gradient(x, result.first, result.second).ok()) {
+    throw std::runtime_error("the function is not defined there");
+  }
+  return result;
 }
 
 /// Constraints that hold every component of the selected vertices where they rest.

@@ -34,6 +34,13 @@ inline TetMesh mesh_of(const Scene& scene) {
   return generate_mesh(*scene.mesh.generate);
 }
 
+/// A body of one material, whose mesh is given beside the scene.
+inline Scene scene_of(const MaterialSettings& material) {
+  Scene scene;
+  scene.material = material;
+  return scene;
+}
+
 /// A generated body of one material.
 inline Scene scene_of(const GeneratorSettings& mesh, const MaterialSettings& material) {
   Scene scene;

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <vector>
 
+#include "support/assembled.h"
 #include "support/bodies.h"
 #include "support/messages.h"
 #include "tetraction/dynamics/problems/step_problem.h"
@@ -64,19 +65,6 @@ struct StiffBlock {
   MechanicalSystem system{small_block(), NeoHookean(8e10, 1.2e11), 7800.0};
   StepProblem problem{system};
 };
-
-/// The symmetric matrix whose lower triangle `values` holds in the pattern's order.
-inline Matrix dense_matrix(const SparsityPattern& pattern, const std::vector<double>& values) {
-  Matrix k = Matrix::Zero(pattern.size(), pattern.size());
-  for (Index j = 0; j < pattern.size(); ++j) {
-    for (int i = pattern.column_begin()[static_cast<std::size_t>(j)];
-         i < pattern.column_begin()[static_cast<std::size_t>(j) + 1]; ++i) {
-      const int row = pattern.rows()[static_cast<std::size_t>(i)];
-      k(row, j) = k(j, row) = values[static_cast<std::size_t>(i)];
-    }
-  }
-  return k;
-}
 
 /// The Hessian over the free coordinates as a dense matrix.
 inline Matrix dense_hessian(const StepProblem& problem, const Vector& x) {

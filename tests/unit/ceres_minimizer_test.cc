@@ -11,9 +11,7 @@ using namespace testing_support;
 class ImplicitStep : public testing::Test {
  protected:
   double residual(const Vector& x) const {
-    double phi = 0.0;
-    Vector gradient;
-    EXPECT_TRUE(problem_.value_and_gradient(x, phi, gradient).ok());
+    const auto [phi, gradient] = value_and_gradient_of(problem_, x);
     return gradient.norm();
   }
 
@@ -27,9 +25,7 @@ TEST_F(ImplicitStep, SharesOfTheElementsAddUpToTheWhole) {
   Vector guess;
   problem_.inertial_guess(guess);
   const Vector x = jiggled(guess, 0.01);
-  double phi = 0.0;
-  Vector gradient;
-  ASSERT_TRUE(problem_.value_and_gradient(x, phi, gradient).ok());
+  const auto [phi, gradient] = value_and_gradient_of(problem_, x);
   double sum = 0.0;
   Vector sum_gradient = Vector::Zero(x.size());
   for (Index e = 0; e < system_.rest().element_count(); ++e) {

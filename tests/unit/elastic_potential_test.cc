@@ -3,6 +3,7 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 
+#include "support/assembled.h"
 #include "support/bodies.h"
 #include "tetraction/core/parallel.h"
 #include "tetraction/dynamics/problems/derivative_check.h"
@@ -18,15 +19,7 @@ Matrix dense_hessian(const ElasticPotential& potential, const FreeCoordinates& c
   const SparsityPattern pattern(potential.rest(), coordinates);
   std::vector<double> values(static_cast<std::size_t>(pattern.nonzeros()), 0.0);
   EXPECT_TRUE(potential.add_hessian(q, pattern, values.data()).ok());
-  Matrix dense = Matrix::Zero(pattern.size(), pattern.size());
-  for (Index j = 0; j < pattern.size(); ++j) {
-    for (int k = pattern.column_begin()[static_cast<std::size_t>(j)];
-         k < pattern.column_begin()[static_cast<std::size_t>(j) + 1]; ++k) {
-      const int i = pattern.rows()[static_cast<std::size_t>(k)];
-      dense(i, j) = dense(j, i) = values[static_cast<std::size_t>(k)];
-    }
-  }
-  return dense;
+  return dense_matrix(pattern, values);
 }
 
 class ElasticPotentialOf : public testing::TestWithParam<std::size_t> {
@@ -55,9 +48,7 @@ TEST_P(ElasticPotentialOf, RigidMotionGivesNeitherEnergyNorForce) {
 
 TEST_P(ElasticPotentialOf, InnerForcesAddUpToZeroForceAndTorque) {
   const Vector q = strained_state(potential_, mesh_.rest_positions(), 0.2);
-  double energy = 0.0;
-  Vector gradient;
-  ASSERT_TRUE(potential_.value_and_gradient(q, energy, gradient).ok());
+  const auto [energy, gradient] = value_and_gradient_of(potential_, q);
   Vector3 force = Vector3::Zero();
   Vector3 torque = Vector3::Zero();
   double scale = 0.0;
@@ -86,9 +77,7 @@ TEST_P(ElasticPotentialOf, ConstantStrainPatchOnADistortedMesh) {
   for (Index v = 0; v < mesh_.vertex_count(); ++v) {
     q.segment<3>(3 * v) = f * moved.segment<3>(3 * v);
   }
-  double energy = 0.0;
-  Vector gradient;
-  ASSERT_TRUE(potential.value_and_gradient(q, energy, gradient).ok());
+  const auto [energy, gradient] = value_and_gradient_of(potential, q);
   const Matrix3 stress = potential.first_piola(0, q);
   ASSERT_GT(stress.norm(), 1e4);
   for (Index e = 0; e < rest.element_count(); ++e) {

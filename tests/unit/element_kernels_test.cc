@@ -151,9 +151,7 @@ TEST_P(ElementKernels, KeepTheDigitsOfTinyEnergies) {
     for (Index i = 0; i < q.size(); ++i)
       q[i] += std::ldexp(std::round(std::ldexp(moved[i], 40)), -40);
     const Reference r = reference(potential, q);
-    double energy = 0.0;
-    Vector gradient;
-    ASSERT_TRUE(potential.value_and_gradient(q, energy, gradient).ok());
+    const auto [energy, gradient] = value_and_gradient_of(potential, q);
     ASSERT_GT(r.energy, 0.0);
     EXPECT_LT(std::abs(energy - r.energy), 16.0 * kEpsilon / strain * r.energy) << strain;
     EXPECT_LT((gradient - r.gradient).norm(), 32.0 * kEpsilon / strain * r.gradient_scale)
@@ -332,9 +330,7 @@ TEST_P(ElementKernelsOfASet, TheNumberingDoesNotMatter) {
     }
     const RestState other_rest(shuffled);
     const ElasticPotential other(other_rest, all_materials(), shuffled_regions);
-    double other_energy = 0.0;
-    Vector other_gradient;
-    ASSERT_TRUE(other.value_and_gradient(moved, other_energy, other_gradient).ok());
+    const auto [other_energy, other_gradient] = value_and_gradient_of(other, moved);
     EXPECT_NEAR(other_energy, energy, 1e-13 * energy);
     Vector back(q.size());
     for (std::size_t v = 0; v < vertex.size(); ++v) {

@@ -145,8 +145,7 @@ TEST(DissipatedEnergy, OfVerletIsWhatTheImpulsesOfDampingTake) {
 // Nothing but drag, just below the limit.
 TEST(DissipatedEnergy, OfPureDragIsTheKineticEnergyThatIsMissing) {
   for (const Integrator rule : {Integrator::kVerlet, Integrator::kExplicit}) {
-    Scene scene;
-    scene.material = elastic(1e3, 0.3);
+    Scene scene = scene_of(elastic(1e3, 0.3));
     scene.initial.velocity = {1e-3, 0.0, 0.0};
     scene.damping.drag = 5e4;
     scene.time = {rule, 1e-4, false, 1.0};
@@ -168,8 +167,7 @@ TEST(DissipatedEnergy, OfPureDragIsTheKineticEnergyThatIsMissing) {
 // act against the first velocities, nor later.
 TEST(DissipatedEnergy, RefusesNoStepBelowTheLimit) {
   for (const double damping : {0.0, 3.0, 10.0, 30.0, 100.0, 1000.0}) {
-    Scene scene;
-    scene.material = elastic(1e5, 0.3);
+    Scene scene = scene_of(elastic(1e5, 0.3));
     scene.initial.stretch = {1.001, 0.9995, 1.002};
     scene.damping.mass_damping = damping;
     scene.time = {Integrator::kVerlet, 1e-4, false, 1.0};

@@ -290,9 +290,7 @@ class StepWithTerms : public testing::TestWithParam<double> {
 TEST_P(StepWithTerms, GradientAndHessianAreDerivatives) {
   ASSERT_TRUE(problem_.has_general_terms());
   const Vector u = displacement();
-  double phi = 0.0;
-  Vector gradient;
-  ASSERT_TRUE(problem_.value_and_gradient(u, phi, gradient).ok());
+  const auto [phi, gradient] = value_and_gradient_of(problem_, u);
   const SparsityPattern pattern(system_.rest(), system_.coordinates(),
                                 {{0, system_.vertex_count() - 1},
                                  {system_.vertex_count() - 3, 7},

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "fem/tangent_operator.h"
+#include "support/assembled.h"
 #include "support/bodies.h"
 #include "support/instruction_sets.h"
 #include "tetraction/dynamics/problems/derivative_check.h"
@@ -176,15 +177,7 @@ TEST_P(Laws, TangentOperatorsAgreeWithTheElements) {
     std::vector<double> values(static_cast<std::size_t>(pattern.nonzeros()), 0.0);
     ASSERT_TRUE(potential.add_hessian(q, pattern, values.data()).ok());
     viscous.add_hessian(q - start, pattern, values.data());
-    Vector assembled = Vector::Zero(q.size());
-    for (Index j = 0; j < pattern.size(); ++j) {
-      for (int k = pattern.column_begin()[static_cast<std::size_t>(j)];
-           k < pattern.column_begin()[static_cast<std::size_t>(j) + 1]; ++k) {
-        const int i = pattern.rows()[static_cast<std::size_t>(k)];
-        assembled[i] += values[static_cast<std::size_t>(k)] * x[j];
-        if (i != j) assembled[j] += values[static_cast<std::size_t>(k)] * x[i];
-      }
-    }
+    const Vector assembled = sparse_product(pattern, values, x);
     EXPECT_LT((assembled - product).norm(), 1e-12 * product.norm());
     const auto check = [&]<class T>(TangentOperator<T> tangent, double tolerance) {
       tangent.set(q, viscous, q - start);

@@ -71,13 +71,9 @@ TEST(MaterialField, IsTheSameAsARegionForEveryElement) {
   const ElasticPotential by_regions(rest, models, regions);
   ElasticPotential potential(rest, field_of(count));
   const Vector q = strained_state(potential, mesh.rest_positions(), 0.1);
-  double expected_energy = 0.0;
-  Vector expected;
-  ASSERT_TRUE(by_regions.value_and_gradient(q, expected_energy, expected).ok());
+  const auto [expected_energy, expected] = value_and_gradient_of(by_regions, q);
   const auto expect_same = [&] {
-    double energy = 0.0;
-    Vector gradient;
-    ASSERT_TRUE(potential.value_and_gradient(q, energy, gradient).ok());
+    auto [energy, gradient] = value_and_gradient_of(potential, q);
     EXPECT_NEAR(energy, expected_energy, 1e-14 * expected_energy);
     EXPECT_LT((gradient - expected).norm(), 1e-13 * expected.norm());
   };

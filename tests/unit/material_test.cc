@@ -34,6 +34,11 @@ struct Sample {
   // κ = 0 is allowed, for a body whose volumetric energy is taken elsewhere.
   static void make_bad(double mu, double lambda) { M::like({mu, lambda - 1e-9}); }
 };
+template <class M, int far = 100>
+struct Named {
+  static constexpr const char* kName = M::kName;
+  static constexpr double kFar = far;
+};
 // Stand for CustomMaterials that hold these.
 struct CustomNeoHookean {};
 struct CustomFibreRubber {};
@@ -42,48 +47,36 @@ struct QuadraticNeoHookean {};
 struct QuadraticMooneyRivlin {};
 
 template <>
-struct Sample<StVenantKirchhoff> {
-  static constexpr const char* kName = StVenantKirchhoff::kName;
-  static constexpr double kFar = 100.0;
+struct Sample<StVenantKirchhoff> : Named<StVenantKirchhoff> {
   static StVenantKirchhoff make() { return {1.3, 2.1}; }
   static void make_bad(double mu, double lambda) { StVenantKirchhoff(mu, lambda); }
 };
 template <>
-struct Sample<NeoHookean> {
-  static constexpr const char* kName = NeoHookean::kName;
-  static constexpr double kFar = 100.0;
+struct Sample<NeoHookean> : Named<NeoHookean> {
   static NeoHookean make() { return {1.3, 2.1}; }
   static void make_bad(double mu, double lambda) { NeoHookean(mu, lambda); }
 };
 template <>
-struct Sample<MooneyRivlin> {
-  static constexpr const char* kName = MooneyRivlin::kName;
-  static constexpr double kFar = 100.0;
+struct Sample<MooneyRivlin> : Named<MooneyRivlin> {
   static MooneyRivlin make() { return {0.8, 0.5, 1.1}; }
   static void make_bad(double mu, double lambda) { MooneyRivlin(mu, 0.0, lambda); }
 };
 template <>
-struct Sample<QuadraticNeoHookean> {
-  static constexpr const char* kName = NeoHookean::kName;
-  static constexpr double kFar = 100.0;
+struct Sample<QuadraticNeoHookean> : Named<NeoHookean> {
   static NeoHookean make() { return {1.3, 2.1, VolumetricPart::kQuadratic}; }
   static void make_bad(double mu, double lambda) {
     NeoHookean(mu, lambda, VolumetricPart::kQuadratic);
   }
 };
 template <>
-struct Sample<QuadraticMooneyRivlin> {
-  static constexpr const char* kName = MooneyRivlin::kName;
-  static constexpr double kFar = 100.0;
+struct Sample<QuadraticMooneyRivlin> : Named<MooneyRivlin> {
   static MooneyRivlin make() { return {0.8, 0.5, 1.1, VolumetricPart::kQuadratic}; }
   static void make_bad(double mu, double lambda) {
     MooneyRivlin(mu, 0.0, lambda, VolumetricPart::kQuadratic);
   }
 };
 template <>
-struct Sample<Yeoh> {
-  static constexpr const char* kName = Yeoh::kName;
-  static constexpr double kFar = 100.0;
+struct Sample<Yeoh> : Named<Yeoh> {
   static Yeoh make() { return {0.65, -0.05, 0.02, 2.9}; }
   // κ = 0 is allowed, for a body whose volumetric energy is taken elsewhere.
   static void make_bad(double mu, double lambda) {

@@ -47,9 +47,7 @@ class Column : public testing::Test {
     }
   }
   Vector gradient(const Vector& x) const {
-    double phi = 0.0;
-    Vector result;
-    EXPECT_TRUE(problem_.value_and_gradient(x, phi, result).ok());
+    auto [phi, result] = value_and_gradient_of(problem_, x);
     return result;
   }
   double phi(const Vector& x) const {

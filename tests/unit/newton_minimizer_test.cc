@@ -54,9 +54,7 @@ void expect_true_report(const StepProblem& problem, const Vector& x, const Minim
                         LinearSolver linear, double tolerance) {
   ASSERT_TRUE(report.converged()) << report.message << ": " << report.residual << " > "
                                   << report.residual_limit;
-  double phi = 0.0;
-  Vector gradient;
-  ASSERT_TRUE(problem.value_and_gradient(x, phi, gradient).ok());
+  const auto [phi, gradient] = value_and_gradient_of(problem, x);
   EXPECT_NEAR(gradient.norm(), report.residual, 1e-9 * report.residual_limit);
   EXPECT_LE(gradient.norm(), report.residual_limit * (1.0 + 1e-9));
   EXPECT_LE(report.residual_limit, 1.1 * problem.residual_limit(x, tolerance));

@@ -190,8 +190,7 @@ TEST(Probe, PointsOfCurvedElements) {
     const double angle = 0.5 * std::numbers::pi * x.y();
     x = Vector3(r * std::cos(angle), r * std::sin(angle), x.z());
   }
-  Scene scene;
-  scene.material = elastic(1e5, 0.3);
+  Scene scene = scene_of(elastic(1e5, 0.3));
   std::vector<Vector3> points(mesh.vertices.begin(), mesh.vertices.end());
   for (const double angle : {0.05, 0.3, 0.77, 1.2, 1.5}) {
     for (const double r : {1.02, 1.4, 1.97}) {
@@ -242,8 +241,7 @@ TEST(Probe, StressesAtPointsOfQuadraticElements) {
     moved.col(v) = Vector3(0.1 * std::sin(3.0 * x.y()), 0.05 * x.x() * x.z(), 0.1 * x.x());
   }
   mesh.point_arrays["u"] = moved;
-  Scene scene;
-  scene.material = elastic(1e5, 0.3);
+  Scene scene = scene_of(elastic(1e5, 0.3));
   scene.initial.displacement_array = "u";
   const Index vertex = rest.nodes(0)[1];
   const Vector3 node = rest.position(vertex);

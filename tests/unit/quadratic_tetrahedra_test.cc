@@ -8,6 +8,7 @@
 #include "fem/discrete_gradient.h"
 #include "fem/tangent_operator.h"
 #include "mesh/quadratic_points.h"
+#include "support/assembled.h"
 #include "support/bodies.h"
 #include "tetraction/core/error.h"
 #include "tetraction/core/parallel.h"
@@ -153,9 +154,7 @@ TEST_P(QuadraticPotential, KernelsAgreeWithSingleElements) {
   Vector expected;
   Vector expected_product;
   const double expected_energy = summed(expected, &x, &expected_product);
-  double energy = 0.0;
-  Vector gradient;
-  ASSERT_TRUE(potential_.value_and_gradient(q_, energy, gradient).ok());
+  const auto [energy, gradient] = value_and_gradient_of(potential_, q_);
   EXPECT_NEAR(energy, expected_energy, 1e-11 * expected_energy);
   EXPECT_LT((gradient - expected).norm(), 1e-12 * expected.norm());
   Vector product;
@@ -181,29 +180,20 @@ TEST_P(QuadraticPotential, KernelsAgreeWithSingleElements) {
   AlignedVector<double> on;
   AlignedVector<double> off;
   tangent.diagonal(on, off);
-  product.setZero();
-  for (Index j = 0; j < pattern.size(); ++j) {
-    for (int k = pattern.column_begin()[static_cast<std::size_t>(j)];
-         k < pattern.column_begin()[static_cast<std::size_t>(j) + 1]; ++k) {
-      const Index i = pattern.rows()[static_cast<std::size_t>(k)];
-      const double entry = values[static_cast<std::size_t>(k)];
-      product[i] += entry * x[j];
-      if (i != j) product[j] += entry * x[i];
-      if (i == j) {
-        EXPECT_NEAR(on[static_cast<std::size_t>(4 * (i / 3) + i % 3)], entry, 1e-9 * entry);
-      }
-      if (i == j + 1 && j % 3 == 0) {
-        EXPECT_NEAR(off[static_cast<std::size_t>(4 * (i / 3))], entry, 1e-9 * on[0]);
-      }
+  for_each_entry(pattern, values, [&](Index i, Index j, double entry) {
+    if (i == j) {
+      EXPECT_NEAR(on[static_cast<std::size_t>(4 * (i / 3) + i % 3)], entry, 1e-9 * entry);
     }
-  }
+    if (i == j + 1 && j % 3 == 0) {
+      EXPECT_NEAR(off[static_cast<std::size_t>(4 * (i / 3))], entry, 1e-9 * on[0]);
+    }
+  });
+  product = sparse_product(pattern, values, x);
   EXPECT_LT((product - expected_product).norm(), 1e-11 * expected_product.norm());
 }
 
 TEST_P(QuadraticPotential, InnerForcesAddUpToNothing) {
-  double energy = 0.0;
-  Vector gradient;
-  ASSERT_TRUE(potential_.value_and_gradient(q_, energy, gradient).ok());
+  const auto [energy, gradient] = value_and_gradient_of(potential_, q_);
   Vector3 force = Vector3::Zero();
   Vector3 torque = Vector3::Zero();
   double scale = 0.0;
@@ -230,9 +220,7 @@ TEST_P(QuadraticPotential, ConstantStrainPatchHasInnerForcesOfZero) {
   const RestState rest(mesh);
   const ElasticPotential potential(rest, material_);
   const Vector q = apply(mesh, [&](const Vector3& x) -> Vector3 { return a * x; });
-  double energy = 0.0;
-  Vector gradient;
-  ASSERT_TRUE(potential.value_and_gradient(q, energy, gradient).ok());
+  const auto [energy, gradient] = value_and_gradient_of(potential, q);
   std::vector<bool> on_boundary(static_cast<std::size_t>(mesh.vertex_count()), false);
   const EdgeVertices edges(mesh);
   for (const auto& face : boundary_faces(mesh)) {

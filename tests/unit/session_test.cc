@@ -104,8 +104,7 @@ TEST_P(EditedSession, AnEditIsInForceAtTheNextStepAndNotBefore) {
     ASSERT_TRUE(edited.step());
     ASSERT_TRUE(plain.step());
   }
-  EnvironmentSettings gravity;
-  gravity.kind = EnvironmentKind::kGravity;
+  const EnvironmentSettings gravity = testing_support::gravity(9.81);
   edited.apply(SetEnvironment{gravity});
   EXPECT_EQ(edited.state().position, plain.state().position);
   ASSERT_TRUE(edited.step());
@@ -137,9 +136,7 @@ TEST_P(EditedSession, EditsToCustomMaterialAndFieldAreThoseToTheModelsTheyCopy) 
   softer.youngs_modulus = 5e4;
   MaterialSettings own = scene.material;
   own.custom = CustomMaterial(std::get<StVenantKirchhoff>(make_material(softer)));
-  EnvironmentSettings gravity;
-  gravity.kind = EnvironmentKind::kGravity;
-  gravity.strength = 5.0;
+  const EnvironmentSettings gravity = testing_support::gravity(5.0);
   EnvironmentSettings own_gravity;
   own_gravity.kind = EnvironmentKind::kCustom;
   own_gravity.field = std::make_shared<OwnGravity>(5.0);
@@ -491,8 +488,7 @@ TEST(Session, PresentSettingsAreThoseInForce) {
   EXPECT_EQ(session.materials()[0].youngs_modulus, 4e4);
   session.apply(SetDamping{{1.0, 2.0, 3.0}});
   EXPECT_EQ(session.damping().mass_damping, 2.0);
-  EnvironmentSettings gravity;
-  gravity.kind = EnvironmentKind::kGravity;
+  const EnvironmentSettings gravity = testing_support::gravity(9.81);
   session.apply(SetEnvironment{gravity});
   EXPECT_EQ(session.environment().kind, EnvironmentKind::kGravity);
   ForceSettings force = load(SelectVertices{{1}}, {1, 2, 3});

@@ -1,5 +1,6 @@
 #include "solver/linear/sparse_cholesky.h"
 
+#include "support/assembled.h"
 #include "support/bodies.h"
 #include "tetraction/dynamics/problems/derivative_check.h"
 
@@ -28,16 +29,7 @@ class SparseCholeskyOf : public testing::TestWithParam<int> {
     return values[static_cast<std::size_t>(pattern_.column_begin()[static_cast<std::size_t>(j)])];
   }
   Vector multiply(const std::vector<double>& values, const Vector& x) const {
-    Vector y = Vector::Zero(x.size());
-    for (Index j = 0; j < pattern_.size(); ++j) {
-      for (int k = pattern_.column_begin()[static_cast<std::size_t>(j)];
-           k < pattern_.column_begin()[static_cast<std::size_t>(j) + 1]; ++k) {
-        const int i = pattern_.rows()[static_cast<std::size_t>(k)];
-        y[i] += values[static_cast<std::size_t>(k)] * x[j];
-        if (i != j) y[j] += values[static_cast<std::size_t>(k)] * x[i];
-      }
-    }
-    return y;
+    return sparse_product(pattern_, values, x);
   }
 };
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <set>
 
+#include "support/assembled.h"
 #include "support/bodies.h"
 
 namespace tetraction {
@@ -94,15 +95,7 @@ TEST(SparsityPattern, ScatterMakesTheReducedMatrix) {
   Matrix t(full.rows(), coordinates.count());
   for (Index i = 0; i < t.cols(); ++i) t.col(i) = coordinates.extend(Vector::Unit(t.cols(), i));
   const Matrix reduced = t.transpose() * full * t;
-  Matrix found = Matrix::Zero(t.cols(), t.cols());
-  for (Index j = 0; j < t.cols(); ++j) {
-    for (int k = pattern.column_begin()[static_cast<std::size_t>(j)];
-         k < pattern.column_begin()[static_cast<std::size_t>(j) + 1]; ++k) {
-      const int i = pattern.rows()[static_cast<std::size_t>(k)];
-      found(i, j) = found(j, i) = values[static_cast<std::size_t>(k)];
-    }
-  }
-  EXPECT_LT((found - reduced).norm(), 1e-13 * reduced.norm());
+  EXPECT_LT((dense_matrix(pattern, values) - reduced).norm(), 1e-13 * reduced.norm());
 }
 
 TEST(SparsityPattern, ElementsOfAColorShareNoFreeCoordinate) {

@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 
+#include "support/assembled.h"
 #include "support/bodies.h"
 #include "support/fibre_rubber.h"
 #include "support/instruction_sets.h"
@@ -77,31 +78,12 @@ class TangentOperatorOf : public testing::TestWithParam<std::tuple<std::int64_t,
   }
   Vector assembled_product() const {
     const SparsityPattern pattern(rest_, FreeCoordinates(rest_.vertex_count()));
-    const std::vector<double> values = assembled(pattern);
-    Vector y = Vector::Zero(q_.size());
-    for (Index j = 0; j < pattern.size(); ++j) {
-      for (int k = pattern.column_begin()[static_cast<std::size_t>(j)];
-           k < pattern.column_begin()[static_cast<std::size_t>(j) + 1]; ++k) {
-        const int i = pattern.rows()[static_cast<std::size_t>(k)];
-        y[i] += values[static_cast<std::size_t>(k)] * x_[j];
-        if (i != j) y[j] += values[static_cast<std::size_t>(k)] * x_[i];
-      }
-    }
-    return y;
+    return sparse_product(pattern, assembled(pattern), x_);
   }
   template <class T>
   void expect_diagonal_blocks(double tolerance) {
     const SparsityPattern pattern(rest_, FreeCoordinates(rest_.vertex_count()));
-    const std::vector<double> values = assembled(pattern);
-    const auto entry = [&](Index i, Index j) {
-      for (int k = pattern.column_begin()[static_cast<std::size_t>(j)];
-           k < pattern.column_begin()[static_cast<std::size_t>(j) + 1]; ++k) {
-        if (pattern.rows()[static_cast<std::size_t>(k)] == i) {
-          return values[static_cast<std::size_t>(k)];
-        }
-      }
-      return 0.0;
-    };
+    const Matrix entry = dense_matrix(pattern, assembled(pattern));
     TangentOperator<T> tangent(potential_);
     tangent.set(q_, viscous_, displacement_);
     AlignedVector<T> on;

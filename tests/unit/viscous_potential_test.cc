@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 
+#include "support/assembled.h"
 #include "support/bodies.h"
 #include "support/instruction_sets.h"
 #include "tetraction/dynamics/problems/derivative_check.h"
@@ -55,15 +56,7 @@ TEST_P(Viscosity, GradientAndHessianAreDerivatives) {
   const SparsityPattern pattern(rest_, FreeCoordinates(mesh_.vertex_count()));
   std::vector<double> values(static_cast<std::size_t>(pattern.nonzeros()), 0.0);
   viscous_.add_hessian(x_ - start_, pattern, values.data());
-  Vector product = Vector::Zero(x_.size());
-  for (Index j = 0; j < pattern.size(); ++j) {
-    for (int k = pattern.column_begin()[static_cast<std::size_t>(j)];
-         k < pattern.column_begin()[static_cast<std::size_t>(j) + 1]; ++k) {
-      const int i = pattern.rows()[static_cast<std::size_t>(k)];
-      product[i] += values[static_cast<std::size_t>(k)] * direction[j];
-      if (i != j) product[j] += values[static_cast<std::size_t>(k)] * direction[i];
-    }
-  }
+  Vector product = sparse_product(pattern, values, direction);
   EXPECT_LT((product - bend).norm(), 1e-6 * bend.norm());
 
   // Element by element the same.

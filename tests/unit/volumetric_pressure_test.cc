@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "support/assembled.h"
 #include "support/bodies.h"
 #include "tetraction/dynamics/nodal_volume/nodal_volume.h"
 #include "tetraction/mesh/edge_vertices.h"
@@ -82,19 +83,10 @@ TEST_P(VolumetricPressureOf, CurvatureIsTheDerivativeOfForcesAtConstantPressure)
   std::vector<double> values(static_cast<std::size_t>(pattern.nonzeros()), 0.0);
   const Vector p = jiggled(Vector::Zero(pressures(x_).size()), 1e6, 5);
   volume_.add_curvature(x_, p, pattern, values.data());
-  Matrix matrix = Matrix::Zero(x_.size(), x_.size());
-  for (Index j = 0; j < x_.size(); ++j) {
-    const auto column = static_cast<std::size_t>(j);
-    for (int k = pattern.column_begin()[column]; k < pattern.column_begin()[column + 1]; ++k) {
-      const auto entry = static_cast<std::size_t>(k);
-      const Index i = pattern.rows()[entry];
-      matrix(i, j) = matrix(j, i) = values[entry];
-    }
-  }
   const Vector difference =
       (forces(x_ + kStep * way_, p) - forces(x_ - kStep * way_, p)) / (2.0 * kStep);
   const FreeCoordinates& free = system_->coordinates();
-  const Vector exact = matrix * free.restrict(way_);
+  const Vector exact = dense_matrix(pattern, values) * free.restrict(way_);
   EXPECT_LT((exact - free.restrict(difference)).norm(), 1e-7 * exact.norm());
 }
 

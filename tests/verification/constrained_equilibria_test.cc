@@ -116,8 +116,7 @@ TEST_P(ConstrainedEquilibrium, StrutsUnderABlockOnSprings) {
   constexpr double kLength = 0.5;  // of the struts
   const TetMesh block = generate_box({1, 1, 1}, {2, 2, 2});
   const TetMesh mesh = stack({generate_box({1, 1, 0.5}, {2, 2, 1}), block}, {0.0, 0.5 + kLength});
-  Scene scene;
-  scene.material = elastic(1e9, 0.3);
+  Scene scene = scene_of(elastic(1e9, 0.3));
   scene.environment = gravity(9.81, {0, 0, -1});
   scene.fix = {fix(SelectBox{{-1, -1, -1}, {2, 2, 0.51}})};
   for (const double x : {0.0, 1.0}) {

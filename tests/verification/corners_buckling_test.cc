@@ -14,8 +14,7 @@ using namespace testing_support;
 class Corner : public testing::TestWithParam<std::pair<std::string, SolverSettings>> {
  protected:
   Scene scene(double step, double end) const {
-    Scene scene;
-    scene.material = elastic(1e6, 0.4);
+    Scene scene = scene_of(elastic(1e6, 0.4));
     scene.time = {Integrator::kBackwardEuler, step, false, end};
     scene.solver = GetParam().second;
     return scene;

@@ -124,8 +124,7 @@ TetMesh two_boxes(double edge) {
 // handle was taken for redundant.
 TEST_P(RuleAtCorners, ConstraintsOfVeryDifferentSizeAreAllKept) {
   for (const double edge : {1e-3, 1e-2, 1.0}) {
-    Scene scene;
-    scene.material = elastic(1e3, 0.3);
+    Scene scene = scene_of(elastic(1e3, 0.3));
     scene.time = {GetParam(), 1e-4, false, 5e-3};
     // Beside the momentum of the large box the forces in the small one are tiny.
     scene.solver.tolerance = 1e-13;

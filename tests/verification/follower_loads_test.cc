@@ -159,8 +159,7 @@ TEST(FollowerStatics, SlenderColumnStandsFarBeyondEulersLoad) {
 TEST(FollowerStatics, ArchWithFreeEdgesSnapsThrough) {
   TetMesh mesh = generate_box({4, 0.1, 0.4}, {32, 2, 2});
   for (Vector3& x : mesh.vertices.own()) x.y() += 0.1 * x.x() * (4.0 - x.x());
-  Scene scene;
-  scene.material = elastic(1e6, 0.3);
+  Scene scene = scene_of(elastic(1e6, 0.3));
   scene.fix = {fix(SelectPlane{0, 0.0, {}}), fix(SelectPlane{0, 4.0, {}})};
   scene.pressure = {pressure(SelectFaces{{0, 1, 0}, 45.0}, 800.0)};
   FinishedRun arch(scene, mesh, Analysis::kEquilibrium, 0.125);

@@ -14,8 +14,7 @@ class ForceTerms : public testing::TestWithParam<RuleWithSolver> {
  protected:
   // A soft cube of 0.2 m.
   Scene cube(double step, double end) const {
-    Scene scene;
-    scene.material = elastic(5e4, 0.3);
+    Scene scene = scene_of(elastic(5e4, 0.3));
     scene.time = {GetParam().integrator, step, false, end};
     scene.solver = GetParam().solver;
     scene.solver.tolerance = 1e-10;
@@ -170,8 +169,7 @@ TEST_P(ForceTerms, SpringsBetweenFarVerticesKeepEnergyAndMomenta) {
 // A step that would go through the floor fails and says why; the state is the last good one.
 TEST(UndefinedPotentials, AStepThroughTheFloorIsRefused) {
   for (const Integrator rule : {Integrator::kExplicit, Integrator::kVerlet}) {
-    Scene scene;
-    scene.material = elastic(1e3, 0.3);
+    Scene scene = scene_of(elastic(1e3, 0.3));
     scene.time = {rule, 1e-2, false, 1.0};
     scene.initial.velocity = {0.0, -50.0, 0.0};
     scene.force_term.push_back(std::make_shared<FloorBarrier>(-0.6, 1e3, 0.01));
@@ -183,8 +181,7 @@ TEST(UndefinedPotentials, AStepThroughTheFloorIsRefused) {
 }
 
 TEST(UndefinedPotentials, ABodyMayNotBeginThere) {
-  Scene scene;
-  scene.material = elastic(1e3, 0.3);
+  Scene scene = scene_of(elastic(1e3, 0.3));
   scene.force_term.push_back(std::make_shared<FloorBarrier>(0.1, 1e3, 0.01));
   expect_error(
       [&] {
@@ -197,8 +194,7 @@ TEST(UndefinedPotentials, ABodyMayNotBeginThere) {
 // tried.
 TEST(TermsAndStability, ARepeatedStepKnowsNothingOfTheOneThatFailed) {
   for (const Integrator rule : {Integrator::kExplicit, Integrator::kVerlet}) {
-    Scene scene;
-    scene.material = elastic(5e4, 0.3);
+    Scene scene = scene_of(elastic(5e4, 0.3));
     scene.time = {rule, 1e-3, true, 1.0};
     scene.initial.velocity = {3.0, 0.0, 1.0};
     scene.initial.angular_velocity = {0.0, 20.0, 0.0};
@@ -219,8 +215,7 @@ TEST(TermsAndStability, ARepeatedStepKnowsNothingOfTheOneThatFailed) {
 
 // "auto" makes its steps smaller where a term is as stiff as a floor.
 TEST(TermsAndStability, TheLimitKnowsTheirStiffness) {
-  Scene scene;
-  scene.material = elastic(1e3, 0.3);
+  Scene scene = scene_of(elastic(1e3, 0.3));
   scene.time = {Integrator::kVerlet, 1e-6, false, 1.0};
   const TetMesh mesh = generate_box({0.2, 0.2, 0.2}, {1, 1, 1});
   const double without = Session(scene, mesh).initial_limit().omega_max;

@@ -262,8 +262,7 @@ TetMesh symmetric_beam(const Vector3& size, const std::array<int, 3>& cells) {
 TEST(StaticBuckling, StrutAtEulersLoad) {
   const Vector3 size(10, 0.5, 1);
   const TetMesh mesh = symmetric_beam(size, {24, 1, 2});
-  Scene scene;
-  scene.material = elastic(1e6, 0.3);
+  Scene scene = scene_of(elastic(1e6, 0.3));
   scene.fix = {fix(SelectPlane{0, 0.0, {}})};
   ForceSettings load = total_load(SelectPlane{0, size.x(), {}}, {0, 1e-3, 0});
   scene.force = {load};
@@ -298,8 +297,7 @@ TEST(StaticBuckling, StrutAtEulersLoad) {
 TEST(StaticBuckling, ArchSnapsThrough) {
   TetMesh mesh = generate_box({4, 0.1, 0.4}, {32, 2, 2});
   for (Vector3& x : mesh.vertices.own()) x.y() += 0.1 * x.x() * (4.0 - x.x());
-  Scene scene;
-  scene.material = elastic(1e6, 0.3);
+  Scene scene = scene_of(elastic(1e6, 0.3));
   scene.fix = {fix(SelectPlane{0, 0.0, {}}), fix(SelectPlane{0, 4.0, {}})};
   scene.force = {total_load(SelectPlane{0, 2.0, {}}, {0, -300.0, 0})};
   FinishedRun arch(scene, mesh, Analysis::kEquilibrium, 0.125);

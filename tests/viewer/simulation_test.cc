@@ -115,8 +115,7 @@ TEST(Simulation, AnEditIsInForceAtTheNextStep) {
   const Scene scene = small_scene();
   const auto simulation = simulation_of(scene);
   make_steps(*simulation, 10);
-  EnvironmentSettings gravity;
-  gravity.kind = EnvironmentKind::kGravity;
+  const EnvironmentSettings gravity = testing_support::gravity(9.81);
   simulation->edit(SetEnvironment{gravity}, "gravity");
   make_steps(*simulation, 1);
   const std::vector<HistoryRow> rows = simulation->history(10);
