@@ -15,14 +15,12 @@
 #include <vtkPen.h>
 #include <vtkPlotLine.h>
 #include <vtkRenderer.h>
-#include <vtkSVGExporter.h>
 #include <vtkStringArray.h>
 #include <vtkTable.h>
 #include <vtkTextProperty.h>
 
 #include <QCheckBox>
 #include <QComboBox>
-#include <QFileDialog>
 #include <QHBoxLayout>
 #include <QMouseEvent>
 #include <QPushButton>
@@ -30,11 +28,8 @@
 #include <QVBoxLayout>
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <limits>
 
-#include "tetraction/core/error.h"
-#include "tetraction/io/text_file.h"
 #include "viewer/gui/widgets/vtk_widget.h"
 
 namespace tetraction::viewer {
@@ -435,54 +430,6 @@ bool LiveChart::eventFilter(QObject* watched, QEvent* event) {
     }
   }
   return QWidget::eventFilter(watched, event);
-}
-
-void LiveChart::save() {
-  const QString path = QFileDialog::getSaveFileName(
-      this, tr("Save the chart or its data"), QStringLiteral("chart.csv"),
-      tr("Data of all charts (*.csv);;Picture (*.png);;Drawing (*.svg)"));
-  if (!path.isEmpty()) save_as(path);
-}
-
-// Saves the chart with a legend of the visible series.
-bool LiveChart::save_picture(const QString& path) {
-  const auto draw = [this](bool legend) {
-    chart_->SetShowLegend(legend);
-    view_->GetScene()->SetDirty(true);
-    window_->Render();
-  };
-  refresh();
-  draw(true);
-  bool good = false;
-  if (path.endsWith(QLatin1String(".png"), Qt::CaseInsensitive)) {
-    good = widget_->grabFramebuffer().save(path);
-  } else {
-    vtkNew<vtkSVGExporter> exporter;
-    exporter->SetRenderWindow(window_);
-    exporter->SetFileName(path.toLocal8Bit().constData());
-    exporter->Write();
-    good = std::ifstream(path.toLocal8Bit().constData()).good();
-  }
-  draw(false);
-  return good;
-}
-
-void LiveChart::save_as(const QString& path) {
-  bool good = false;
-  if (path.endsWith(QLatin1String(".png"), Qt::CaseInsensitive) ||
-      path.endsWith(QLatin1String(".svg"), Qt::CaseInsensitive)) {
-    good = save_picture(path);
-  } else {
-    try {
-      write_text_file(path.toLocal8Bit().toStdString(), history_text(rows_, probes_));
-      good = true;
-    } catch (const OutputError& error) {
-      emit message_ready(QString::fromStdString(error.what()));
-      return;
-    }
-  }
-  emit message_ready(good ? tr("%1 is written.").arg(path)
-                          : tr("%1 cannot be written. Choose another folder.").arg(path));
 }
 
 }  // namespace tetraction::viewer
