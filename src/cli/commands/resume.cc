@@ -22,8 +22,6 @@
 namespace tetraction {
 namespace {
 
-using Json = nlohmann::json;
-
 // The newest valid checkpoint. Those that are not valid are reported.
 std::optional<StoredCheckpoint> newest_checkpoint(const std::string& directory, bool only_regular) {
   for (const CheckpointPath& file : checkpoint_paths(directory)) {
@@ -104,13 +102,13 @@ void require_forcible(const std::string& directory, const StoredCheckpoint& stor
       fixed.push_back(part);
     }
   }
-  const Json before = parse_foreign_json(stored.inputs.scene);
-  const Json now = parse_foreign_json(session.scene().echo);
-  const Json& events = member_of(before, "event");
-  const Json& present = member_of(now, "event");
+  const ForeignJson before = parse_foreign_json(stored.inputs.scene);
+  const ForeignJson now = parse_foreign_json(session.scene().echo);
+  const ForeignJson& events = member_of(before, "event");
+  const ForeignJson& present = member_of(now, "event");
   const std::size_t made = stored.checkpoint.progress.next_event;
   for (std::size_t i = 0; i < made; ++i) {
-    const Json& event = entry_of(events, i);
+    const ForeignJson& event = entry_of(events, i);
     if (event.is_null() || event != entry_of(present, i)) {
       fixed.push_back(fmt::format("event.{}, which was made", i));
     }
@@ -147,7 +145,7 @@ std::string history_columns(const std::string& directory) {
 }
 
 // A command that was cut off has left no summary, but a history.
-void refuse_equilibrium(const std::string& directory, const Json& summary) {
+void refuse_equilibrium(const std::string& directory, const ForeignJson& summary) {
   const bool is_equilibrium = summary.is_object()
                                   ? summary.contains("equilibrium")
                                   : history_columns(directory).find(",max_displacement") !=
@@ -160,8 +158,8 @@ void refuse_equilibrium(const std::string& directory, const Json& summary) {
       directory));
 }
 
-bool has_same_mesh(const Json& summary, const MechanicalSystem& system) {
-  const Json& before = member_of(summary, "mesh");
+bool has_same_mesh(const ForeignJson& summary, const MechanicalSystem& system) {
+  const ForeignJson& before = member_of(summary, "mesh");
   return member_of(before, "vertices") == global_vertex_count(system) &&
          member_of(before, "tetrahedra") == global_tetrahedron_count(system) &&
          member_of(before, "volume") == system.mesh().total_volume();
@@ -176,7 +174,7 @@ std::string read_summary(const std::string& directory) {
 ResumePoint find_resume_point(const Session& session, const BodyIdentity& body,
                               const std::string& directory, bool force) {
   ResumePoint point;
-  const Json summary = parse_foreign_json(read_summary(directory));
+  const ForeignJson summary = parse_foreign_json(read_summary(directory));
   refuse_equilibrium(directory, summary);
   const Scene& scene = session.scene();
   const bool only_regular = scene.output.checkpoint_every > 0;
@@ -188,9 +186,10 @@ ResumePoint find_resume_point(const Session& session, const BodyIdentity& body,
   const double time = number_or(member_of(summary, "time"), -1.0);
   // A file without steps and time is not the summary of a run.
   if (member_of(summary, "status") == "ok" && steps >= 0 && time >= 0.0) {
-    const Json& before = member_of(summary, "scene");
+    const ForeignJson& before = member_of(summary, "scene");
     std::vector<std::string> since = changed_keys(
-        before.is_object() ? before.dump(-1, ' ', false, Json::error_handler_t::replace) : "{}",
+        before.is_object() ? before.dump(-1, ' ', false, ForeignJson::error_handler_t::replace)
+                           : "{}",
         scene.echo);
     if (!has_same_mesh(summary, session.system())) since.emplace_back("the mesh");
     if (parts.empty()) parts = std::move(since);

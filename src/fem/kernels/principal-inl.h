@@ -67,8 +67,7 @@ struct PrincipalFrame {
     return PrincipalFrame(l, refined(of(c), el));
   }
   /// From a metric c of edges, which is that of B = e L pushed to Lᵀ c L.
-  static HWY_INLINE PrincipalFrame of_metric(Tag tag, const Symmetric<Vec>& c,
-                                             const Columns<Vec>& l) {
+  static HWY_INLINE PrincipalFrame of_metric(Tag, const Symmetric<Vec>& c, const Columns<Vec>& l) {
     Columns<Vec> cl;
     for (int j = 0; j < 3; ++j) {
       for (int i = 0; i < 3; ++i) {

@@ -168,19 +168,18 @@ void require_consistent(const Checkpoint& checkpoint) {
   }
 }
 
-using Json = nlohmann::json;
-
 // Adds the paths of the values that differ below a key.
-void compare(const Json& a, const Json& b, const std::string& key, std::vector<std::string>& keys) {
+void compare(const ForeignJson& a, const ForeignJson& b, const std::string& key,
+             std::vector<std::string>& keys) {
   if (a == b) return;
   if (key == "output" || key == "solver.engine" || key.ends_with(".file")) return;
   const auto below = [&](const std::string& name) { return key.empty() ? name : key + '.' + name; };
   if (a.is_object() && b.is_object()) {
-    Json names = Json::object();
+    ForeignJson names = ForeignJson::object();
     for (const auto& [name, value] : a.items()) names[name] = nullptr;
     for (const auto& [name, value] : b.items()) names[name] = nullptr;
     for (const auto& [name, value] : names.items()) {
-      compare(a.value(name, Json()), b.value(name, Json()), below(name), keys);
+      compare(a.value(name, ForeignJson()), b.value(name, ForeignJson()), below(name), keys);
     }
   } else if (a.is_array() && b.is_array() && a.size() == b.size() && !a.empty() &&
              a[0].is_structured()) {
@@ -222,8 +221,8 @@ int process_count(const Session& session) {
 }
 
 std::vector<std::string> changed_keys(const std::string& scene, const std::string& other) {
-  const Json a = parse_foreign_json(scene);
-  const Json b = parse_foreign_json(other);
+  const ForeignJson a = parse_foreign_json(scene);
+  const ForeignJson b = parse_foreign_json(other);
   std::vector<std::string> keys;
   if (a.is_discarded() || b.is_discarded()) {
     if (scene != other) keys.emplace_back("the scene");

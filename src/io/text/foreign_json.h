@@ -9,13 +9,15 @@
 
 namespace tetraction {
 
+using ForeignJson = nlohmann::json;
+
 /// Nested deeper than this, JSON is no result of this program. Functions that call themselves for each level, as those
 /// that compare and print JSON do, need memory of the stack for each.
 inline constexpr int kMostJsonLevels = 100;
 
 /// The value of the text. Discarded (is_discarded(), and neither object nor array) if the text is no JSON, or is nested too
 /// deep. Throws nothing but std::bad_alloc.
-template <class Json = nlohmann::json>
+template <class Json = ForeignJson>
 Json parse_foreign_json(const std::string& text) {
   bool is_too_deep = false;
   const auto keep = [&is_too_deep](int level, typename Json::parse_event_t, const Json&) {
@@ -28,13 +30,13 @@ Json parse_foreign_json(const std::string& text) {
 }
 
 /// A member of an object. Null if there is none, or if `json` is no object.
-const nlohmann::json& member_of(const nlohmann::json& json, const char* key);
+const ForeignJson& member_of(const ForeignJson& json, const char* key);
 /// An entry of an array. Null if there is none, or if `json` is no array.
-const nlohmann::json& entry_of(const nlohmann::json& json, std::size_t i);
+const ForeignJson& entry_of(const ForeignJson& json, std::size_t i);
 
 /// The value if it is a number, otherwise `other`.
-double number_or(const nlohmann::json& json, double other);
+double number_or(const ForeignJson& json, double other);
 /// The value if it is a whole number that Index can hold, otherwise `other`.
-Index index_or(const nlohmann::json& json, Index other);
+Index index_or(const ForeignJson& json, Index other);
 
 }  // namespace tetraction
