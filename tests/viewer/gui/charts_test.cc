@@ -182,8 +182,8 @@ TEST_F(Charts, OfProbesAreDrawnLive) {
   auto* tabs = find<QTabBar>("chart_tabs");
   EXPECT_EQ(tabs->count(), 5);
   Document document = first_scene();
-  document.scene.probe = {probe_of("tip", ProbeQuantity::kDisplacement, SelectPlane{0, 1.2, {}}),
-                          probe_of("grip", ProbeQuantity::kReaction)};
+  const ProbeSettings tip = probe_of("tip", ProbeQuantity::kDisplacement, SelectPlane{0, 1.2, {}});
+  document.scene.probe = {tip, probe_of("grip", ProbeQuantity::kReaction)};
   show(std::move(document));
   ASSERT_EQ(tabs->count(), 6);
   run_to(0.3);
