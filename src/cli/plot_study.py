@@ -22,7 +22,7 @@ import textwrap
 import traceback
 import warnings
 
-DEFECT, NO_MATPLOTLIB, UNWRITABLE = 1, 3, 4  # exit codes; the last one is that of the program
+DEFECT, UNUSABLE, NO_MATPLOTLIB, UNWRITABLE = 1, 2, 3, 4  # exit codes; the last one is that of the program
 IS_PROGRAM = __name__ == "__main__"
 
 
@@ -137,7 +137,7 @@ def power_of_ten(exponent):
 def si(value, unit):
     """3e-05, "s" as 30 µs."""
     factor, name = scaled(value, unit)
-    return f"{float(f'{value / factor:.3g}'):g} {name}"
+    return f"{float(f'{value / factor:.3g}'):g}\u00a0{name}"  # is not broken into lines
 
 
 def with_unit(words, unit):
@@ -151,7 +151,7 @@ def plain(text, most=60):
 
 
 def heading(axes, text):
-    axes.set_title(textwrap.fill(text, 24), loc="left", linespacing=1.0)
+    axes.set_title("\n".join(textwrap.fill(line, 24) for line in text.split("\n")), loc="left", linespacing=1.0)
 
 
 def some(values, most):
@@ -159,7 +159,7 @@ def some(values, most):
     values = list(values)
     if len(values) <= most:
         return values
-    return [values[round(i * (len(values) - 1) / (most - 1))] for i in range(most)]
+    return [values[round(i * (len(values) - 1) / max(1, most - 1))] for i in range(most)]
 
 
 # ---- the files of a study
@@ -857,8 +857,9 @@ def over_time(study, sheet, width, value_of, round_off_of, label, unit=""):
     groups, floors = [], []
     for runs in curves_of([r for r in study["runs"] if not r["solver"]], lambda r: (r["rule"], r["variant"])):
         curves = []
-        good = some([r for r in runs if ended_well(r)], MOST_LINES - any(not ended_well(r) for r in runs))
-        for run in [r for r in runs if not ended_well(r)] + good:
+        bad = [r for r in runs if not ended_well(r)]
+        good = some([r for r in runs if ended_well(r)], MOST_LINES - (1 if bad else 0))
+        for run in good + some(bad, MOST_LINES - len(good)):
             history = read_history(run)
             try:
                 values = value_of(run, history)
@@ -1330,4 +1331,7 @@ if IS_PROGRAM:
         sys.exit(main(ARGUMENTS))
     except (Unusable, OSError) as problem:
         print(f"plot_study: {problem}", file=sys.stderr)
-        sys.exit(UNWRITABLE if isinstance(problem, Unwritable) else DEFECT)
+        sys.exit(UNWRITABLE if isinstance(problem, (Unwritable, OSError)) else UNUSABLE)
+    except Exception:
+        print("plot_study:", traceback.format_exc().splitlines()[-1], file=sys.stderr)
+        sys.exit(DEFECT)
