@@ -75,8 +75,8 @@ LINES = ["-", DASHED, DASH_DOT, DOTTED, (0, (7, 1.5)), (0, (6, 1, 1, 1, 1, 1)), 
 RULE_LINES = ["-", DASHED, "-", DASH_DOT, DASHED, DOTTED, DASH_DOT]
 GREY, PALE, INK = "#5a5a5a", "#e9e9e9", "#1a1a1a"
 JOURNAL = {
-    **{f"{key}size": 8.0 for key in ("font.", "axes.title", "axes.label", "xtick.label",
-                                     "ytick.label")},
+    "font.size": 8.0, "axes.titlesize": "medium", "axes.labelsize": "medium",
+    "xtick.labelsize": "medium", "ytick.labelsize": "medium",
     "axes.titlepad": 3.0, "axes.labelpad": 2.0, "axes.linewidth": 0.6, "lines.linewidth": 1.0,
     "axes.spines.top": False, "axes.spines.right": False, "axes.axisbelow": True,
     "xtick.major.width": 0.6, "ytick.major.width": 0.6, "xtick.minor.size": 1.5,
@@ -1239,12 +1239,13 @@ def read_style(path):
     except (OSError, ValueError) as problem:
         raise Unusable(f"--style {path}: cannot be read ({problem})") from problem
     for count, line in enumerate(lines, 1):
-        key, colon, value = line.partition("#")[0].partition(":") if '"#' not in line else line.partition(":")
+        key, _, value = re.split(r"(?:^|\s)#", line)[0].partition(":")
         key, value = key.strip(), value.strip().strip('"')
         if not key:
             continue
         if key == "axes.prop_cycle":  # only its colours, which need no evaluation
-            COLOURS[:] = [c for c in re.findall(r"['\"]([^'\"]+)['\"]", value) if is_color_like(c)] or COLOURS
+            colors = [c for c in re.findall(r"['\"]([^'\"]+)['\"]", value) if is_color_like(c)]
+            COLOURS[: len(colors)] = colors
         elif not STYLE_KEYS.match(key) or key == "figure.figsize":
             others.append(key)
         else:
