@@ -371,7 +371,8 @@ def ticks_to_try(axis):
         found = [MaxNLocator(n, steps=[1, 2, 5, 10]).tick_values(low, high) for n in (6, 5, 4, 3, 2, 1)]
     else:
         first, last = math.floor(math.log10(low)), math.ceil(math.log10(high))
-        subs = [(1, 2, 5), (1, 3)] if high / low < 30 else []
+        decades = math.floor(math.log10(high)) - math.ceil(math.log10(low)) + 1
+        subs = [(1, 2, 5), (1, 3)] if decades < 2 else []
         found = [np.array([s * 10.0**n for n in range(first, last + 1) for s in sub]) for sub in subs]
         found += [10.0 ** np.arange(stride * math.ceil(first / stride), last + 1, stride)
                   for stride in (1, 2, 3, 4, 5, 10)]  # fmt: skip
@@ -446,7 +447,7 @@ class Panel:
         box = self.axes.bbox
         x = max([entry[2][-1, 0] for entry in right], default=0.0) + 6
         centres = separated([e[2][-1, 1] for e in right], [e[3][1] + 1.5 for e in right],
-                            box.y0 - 9, box.y1 + 6)  # fmt: skip
+                            box.y0 - 9, box.y1 + 3)  # fmt: skip
         for (text, color, points, (width, height)), y in zip(right, centres):
             if abs(y - points[-1, 1]) > 4 or x - points[-1, 0] > 12:
                 self.leader(points[-1] + (2, 0), (x - 1, y), color)
