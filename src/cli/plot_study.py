@@ -1,89 +1,92 @@
-"""Plots of a step-size study: python3 plot_study.py STUDY_DIR
+"""Plots of a study: python3 plot_study.py [--title TEXT] [--style FILE] [--width 85|170] STUDY_DIR
 
-Reads study.json, and history.csv, probes.csv and summary.json of each run. Writes PNG, SVG and PDF
-files into STUDY_DIR. Plots over the step are as wide as a column of a journal, plots over time as
-wide as a page.
+Reads study.json, and the files of each run. Writes PNG, SVG and PDF files into STUDY_DIR, as wide as a
+column or a page of a journal. Each plot has a function plot_NAME(study, axes=None), which Python
+programs can call too: it draws into these axes, or into a new figure, and returns the axes, or None if
+the study has nothing to draw. `study` is a directory or what read_study() returns.
 """
 
+import argparse
 import contextlib
 import csv
+import functools
 import io
 import json
 import logging
 import math
 import os
+import re
 import stat
 import sys
 import textwrap
+import traceback
 import warnings
 
-# What matplotlib says of its fonts, its caches or an axis is of no use to who reads the study's table.
-warnings.simplefilter("ignore")
-logging.getLogger("matplotlib").setLevel(logging.CRITICAL)
+DEFECT, UNUSABLE, NO_MATPLOTLIB, UNWRITABLE = 1, 2, 3, 4  # exit codes; the last one is that of the program
+IS_PROGRAM = __name__ == "__main__"
 
-if len(sys.argv) == 2:
-    sys.argv[1] = os.path.abspath(sys.argv[1])
+
+def command_line():
+    parser = argparse.ArgumentParser(prog="plot_study", allow_abbrev=False)
+    parser.add_argument("directory", type=os.path.abspath)
+    parser.add_argument("--title", default="", help="text above each plot")
+    parser.add_argument("--style", type=os.path.abspath, help="a style file of matplotlib")
+    parser.add_argument("--width", type=int, choices=(85, 170), default=170, help="mm")
+    return parser.parse_args()
+
+
+if IS_PROGRAM:
+    ARGUMENTS = command_line()
     os.chdir("/")  # matplotlib takes settings from a file of the working folder
+    # What matplotlib says of its fonts, its caches or an axis is of no use to who reads the study.
+    warnings.simplefilter("ignore")
+    logging.getLogger("matplotlib").setLevel(logging.CRITICAL)
 
 try:
     import matplotlib
 
-    matplotlib.use("Agg")
+    if IS_PROGRAM:
+        matplotlib.use("Agg")
     import matplotlib.pyplot as plt
     import numpy as np
-    from matplotlib.colors import to_hex, to_rgb
-    from matplotlib.lines import Line2D
-    from matplotlib.ticker import LogLocator, NullFormatter
+    from matplotlib.collections import PolyCollection
+    from matplotlib.colors import is_color_like, to_hex, to_rgb
+    from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter, NullLocator
 except (ImportError, OSError) as problem:  # OSError: there is no room for its caches
-    if __name__ != "__main__":
+    if not IS_PROGRAM:
         raise
-    sys.exit(f"plot_study: matplotlib cannot be used: {problem}")
+    print(f"plot_study: matplotlib cannot be used: {problem}", file=sys.stderr)
+    sys.exit(NO_MATPLOTLIB if isinstance(problem, ImportError) else UNWRITABLE)
 
-# Okabe and Ito's colours, which colour-blind readers tell apart. Markers are hollow and lines differ,
-# so that both of two curves that coincide can be seen.
-DASHED, DASH_DOT, DOTTED = (0, (4, 1.6)), (0, (4, 1.4, 1, 1.4)), (0, (1, 1.3))
-STYLE = {
-    "explicit": {"color": "#D55E00", "marker": "o", "ms": 5.5, "ls": "-"},
-    "verlet": {"color": "#E69F00", "marker": "s", "ms": 5.0, "ls": DASHED},
-    "midpoint": {"color": "#0072B2", "marker": "^", "ms": 5.0, "ls": "-"},
-    "backward-euler": {"color": "#009E73", "marker": "D", "ms": 4.0, "ls": DASH_DOT},
-    "energy-momentum": {"color": "#CC79A7", "marker": "v", "ms": 5.0, "ls": DASHED},
-}
-# Rules that the list lacks.
-FURTHER = [{"color": color, "marker": marker, "ms": 5.0, "ls": "-"}
-           for color, marker in (("#555555", "P"), ("#56B4E9", "X"), ("#000000", "p"))]  # fmt: skip
-LINES = ["-", DASHED, DASH_DOT, DOTTED, (0, (7, 1.5)), (0, (6, 1, 1, 1, 1, 1))]
-GREY, PALE = "#555555", "#ececec"
-BEHIND_TEXT = {"fc": "white", "ec": "none", "pad": 0.8}
-COLUMN, PAGE = 3.5, 7.2  # widths of figures in inches
-MOST_POINTS = 600  # of a curve over time: more than a panel resolves
+MM = 1 / 25.4  # in inches
+MOST_LINES = 5  # of a panel
+MOST_POINTS = 110  # of a curve over time: as many as a panel of 40 mm shows
+MOST_PANELS = {85: 6, 170: 9}  # of a figure of this width in mm
 EPSILON = 2.0**-52
 ENDINGS = ("png", "svg", "pdf")
-UNWRITABLE = 4  # exit status, as that of the program
-
-plt.rcParams.update(
-    {
-        "font.size": 8,
-        "axes.titlesize": 8,
-        "axes.labelsize": 8,
-        "xtick.labelsize": 7,
-        "ytick.labelsize": 7,
-        "legend.fontsize": 7,
-        "axes.linewidth": 0.6,
-        "lines.linewidth": 1.1,
-        "axes.grid": True,
-        "grid.color": "#e2e2e2",
-        "grid.linewidth": 0.5,
-        "axes.axisbelow": True,
-        "legend.frameon": False,
-        "legend.handlelength": 2.6,
-        "legend.columnspacing": 1.2,
-        "savefig.dpi": 300,
-        "svg.fonttype": "none",
-        "svg.hashsalt": "tetraction",
-        "pdf.fonttype": 42,
-    }
-)
+RULES = {"explicit": "explicit", "verlet": "Verlet", "midpoint": "midpoint",
+         "backward-euler": "backward Euler", "energy-momentum": "energy-momentum"}  # fmt: skip
+# Okabe and Ito's colours, which colour-blind readers tell apart. Lines and markers differ as well, for
+# print in grey. Markers are hollow, so that both of two curves that coincide can be seen.
+COLOURS = ["#D55E00", "#E69F00", "#0072B2", "#009E73", "#CC79A7", "#56B4E9", "#000000"]
+MARKERS = "os^DvPX"
+DASHED, DASH_DOT, DOTTED = (0, (4, 1.6)), (0, (4, 1.4, 1, 1.4)), (0, (1, 1.3))
+LINES = ["-", DASHED, DASH_DOT, DOTTED, (0, (7, 1.5)), (0, (6, 1, 1, 1, 1, 1)), "-"]
+RULE_LINES = ["-", DASHED, "-", DASH_DOT, DASHED, DOTTED, DASH_DOT]
+GREY, PALE, INK = "#5a5a5a", "#e9e9e9", "#1a1a1a"
+JOURNAL = {
+    "font.size": 8.0, "axes.titlesize": "medium", "axes.labelsize": "medium",
+    "xtick.labelsize": "medium", "ytick.labelsize": "medium",
+    "axes.titlepad": 3.0, "axes.labelpad": 2.0, "axes.linewidth": 0.6, "lines.linewidth": 1.0,
+    "axes.spines.top": False, "axes.spines.right": False, "axes.axisbelow": True,
+    "xtick.major.width": 0.6, "ytick.major.width": 0.6, "xtick.minor.size": 1.5,
+    "ytick.minor.size": 1.5, "figure.dpi": 100, "savefig.dpi": 300,
+    "svg.fonttype": "path",  # so that it looks the same where the font is missing
+    "pdf.fonttype": 42, "svg.hashsalt": "tetraction",
+}  # fmt: skip
+# What a style file may set. Other keys name files, start LaTeX, or are evaluated as Python.
+STYLE_KEYS = re.compile(r"(font|axes|lines|xtick|ytick|grid|text|mathtext|patch|markers|figure|savefig"
+                        r"|pdf|svg)\.(?!prop_cycle|usetex|latex|format|directory|backend|hashsalt|dpi)")
 
 
 class Unusable(Exception):
@@ -92,6 +95,9 @@ class Unusable(Exception):
 
 class Unwritable(Unusable):
     """A plot cannot be written."""
+
+
+# ---- numbers and words
 
 
 def number(value):
@@ -107,25 +113,56 @@ def usable(value):
     return math.isfinite(value) and value > 0
 
 
+PREFIXES = [(1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"),
+            (1e-12, "p")]  # fmt: skip
+
+
+def scaled(size, unit):
+    """The factor to show numbers of this size, and their unit with an SI prefix: 3e-5, "s" gives
+    1e-6, "µs". Units that take no prefix get a power of ten."""
+    unit = {"kg m/s": "N s"}.get(unit, unit)
+    factor, prefix = next((p for p in PREFIXES if abs(size) >= 0.9995 * p[0]), PREFIXES[-1])
+    if not size or not unit and 1e-3 <= abs(size) < 1e4:
+        return 1.0, unit
+    if re.match(r"(?!kg)[A-Za-z]+($|[ /·])", unit):
+        return factor, prefix + unit
+    exponent = 3 * math.floor(math.log10(abs(size)) / 3 + 1e-6)
+    return 10.0**exponent, f"{power_of_ten(exponent)} {unit}".strip()
+
+
+def power_of_ten(exponent):
+    return "10" + str(exponent).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
+
+
 def si(value, unit):
     """3e-05, "s" as 30 µs."""
-    for prefix, factor in (("", 0.1), ("m", 1e-3), ("µ", 1e-6), ("n", 1e-9)):
-        if value >= 0.9999 * factor:
-            return f"{value / (factor if prefix else 1):.3g} {prefix}{unit}"
-    return f"{value:.3g} {unit}"
+    factor, name = scaled(value, unit)
+    return f"{float(f'{value / factor:.3g}'):g}\u00a0{name}"  # is not broken into lines
 
 
-def in_limits(step, limit):
-    """The step as a multiple of the stability limit, if that is known."""
-    if not usable(limit):
-        return ""
-    ratio = step / limit
-    return f" = {ratio:.0f} $h_{{crit}}$" if 10 <= ratio < 1e5 else f" = {ratio:.2g} $h_{{crit}}$"
+def with_unit(words, unit):
+    return f"{words} ({unit})" if unit else words
 
 
-def plain(text):
-    """For titles and labels, in which matplotlib reads $ as the sign of a formula."""
-    return str(text).replace("$", r"\$")
+def plain(text, most=60):
+    """For texts, in which matplotlib reads $ as the sign of a formula."""
+    text = str(text)
+    return (text if len(text) <= most else text[: most - 1] + "…").replace("$", r"\$")
+
+
+def heading(axes, text):
+    axes.set_title("\n".join(textwrap.fill(line, 24) for line in text.split("\n")), loc="left", linespacing=1.0)
+
+
+def some(values, most):
+    """At most so many, evenly chosen, with the first and the last."""
+    values = list(values)
+    if len(values) <= most:
+        return values
+    return [values[round(i * (len(values) - 1) / max(1, most - 1))] for i in range(most)]
+
+
+# ---- the files of a study
 
 
 def open_regular(*path, **keywords):
@@ -150,78 +187,43 @@ def read_json(*path):
 
 
 def read_study(folder):
-    """study.json; variants and solvers that are compared get their names beside the integrator's."""
+    """study.json, with a name for the curve of each run: its integrator, its variant where there are
+    several, and its solver where solvers are compared."""
     try:
         with open_regular(folder, "study.json") as file:
             study = json.load(file)
     except (OSError, ValueError, RecursionError) as problem:
         raise Unusable(f"study.json cannot be read: {problem}") from problem
-    found = study.get("runs") if isinstance(study, dict) else None
-    runs = []
-    for entry in found if isinstance(found, list) else []:
-        if isinstance(entry, dict) and usable(number(entry.get("step"))):
-            rule, step = str(entry.get("integrator")), number(entry["step"])
-            tags = [entry.get("variant"), entry.get("compares_solver") and entry.get("solver")]
-            name = rule
-            if any(tags):
-                name += f" ({', '.join(str(tag) for tag in tags if tag)})"
-            directory = os.path.join(folder, str(entry.get("directory")))
-            runs.append({**entry, "rule": rule, "integrator": name, "step": step,
-                         "directory": directory})  # fmt: skip
+
+    def listed(key):
+        found = study.get(key) if isinstance(study, dict) else None
+        return [e for e in found if isinstance(e, dict)] if isinstance(found, list) else []
+
+    runs = [{**entry, "rule": str(entry.get("integrator")), "step": number(entry["step"]),
+             "variant": str(entry.get("variant") or ""),
+             "solver": str(entry.get("solver") or "") if entry.get("compares_solver") else "",
+             "directory": os.path.join(folder, str(entry.get("directory")))}
+            for entry in listed("runs") if usable(number(entry.get("step")))]  # fmt: skip
     if not runs:
         raise Unusable("study.json names no run with a step")
-    variants = list(dict.fromkeys(str(run.get("variant")) for run in runs))
-    probes = study.get("probes")
-    probes = [p for p in probes if usable_probe(p)] if isinstance(probes, list) else []
+    rules = list(dict.fromkeys([*RULES, *(run["rule"] for run in runs)]))
+    runs.sort(key=lambda run: (rules.index(run["rule"]), run["step"]))
     reference = study.get("reference")
     reference = reference if isinstance(reference, dict) else {}
-    own = study.get("references")
-    own = [entry for entry in own if isinstance(entry, dict)] if isinstance(own, list) else []
-    return {"runs": runs, "variants": variants, "stable_step": number(study.get("stable_step")),
-            "limits": stability_limits(found, study), "probes": probes,
-            "scene": plain(study.get("scene", "")), "end": number(study.get("end")),
+    places = {"": str(reference.get("directory", ""))}  # of the reference of each variant
+    for entry in listed("references"):
+        places.update({str(name): str(entry.get("directory")) for name in entry.get("variants") or []})
+    probes = [p for p in listed("probes") if isinstance(p.get("columns"), list) and p["columns"]
+              and "/" not in str(p.get("name", "/"))]  # fmt: skip
+    return {"runs": runs, "rules": rules, "end": number(study.get("end")), "probes": probes,
+            "variants": list(dict.fromkeys(run["variant"] for run in runs)),
+            "values": {str(v.get("name")): v["values"] for v in listed("variants")
+                       if isinstance(v.get("values"), dict)},
+            "stable_step": number(study.get("stable_step")), "references": listed("references"),
+            "reference_rule": str(reference.get("integrator", "")),
             "reference_error": number(reference.get("estimated_error")),
-            "extrapolated": is_extrapolated(reference),
-            "reference": os.path.join(folder, str(reference.get("directory", ""))),
-            "of_variants": {str(variant): os.path.join(folder, str(entry.get("directory", "")))
-                            for entry in own for variant in entry.get("variants") or []},
+            "places": {name: os.path.join(folder, place) for name, place in places.items()},
             "error": str(study.get("error", "position"))}  # fmt: skip
-
-
-def is_extrapolated(reference):
-    extrapolation = reference.get("extrapolation")
-    return isinstance(extrapolation, dict) and extrapolation.get("valid") is True
-
-
-def usable_probe(probe):
-    return (isinstance(probe, dict) and isinstance(probe.get("columns"), list)
-            and len(probe["columns"]) > 0
-            and "/" not in str(probe.get("name", "/")))  # fmt: skip
-
-
-def stability_limits(entries, study):
-    """[(label, h_crit)] of the explicit rules, which differ with damping, and of other variants where
-    they differ from the first."""
-    limits = {}
-    for entry in entries:
-        limit = number(entry.get("stable_step")) if isinstance(entry, dict) else math.nan
-        if entry.get("integrator") in ("explicit", "verlet") and usable(limit):
-            limits.setdefault(str(entry.get("variant") or ""), {})[entry["integrator"]] = limit
-    if not limits:
-        limit = number(study.get("stable_step"))
-        return [("stability limit", limit)] if usable(limit) else []
-    found, first = [], next(iter(limits.values()))
-    for variant, rules in limits.items():
-        if found and all(abs(limit / first.get(rule, math.inf) - 1) < 1e-3
-                         for rule, limit in rules.items()):  # fmt: skip
-            continue
-        values = list(rules.values())
-        tag = f" ({plain(variant)})" if len(limits) > 1 and variant else ""
-        if max(values) > 1.001 * min(values):
-            found += [(f"limit of {rule}{tag}", limit) for rule, limit in rules.items()]
-        else:
-            found.append((f"stability limit{tag}", values[0]))
-    return found
 
 
 def read_columns(directory, name):
@@ -245,11 +247,9 @@ def read_history(run):
     columns = read_columns(run["directory"], "history.csv")
     if not columns:
         return {}
-    try:
+    with contextlib.suppress(KeyError, TypeError, ValueError):
         scale = read_json(run["directory"], "summary.json")["energy"]["scale"]
         columns["energy_scale"] = [float(scale)]
-    except (KeyError, TypeError, ValueError):
-        pass
     return columns
 
 
@@ -257,250 +257,658 @@ def ended_well(run):
     return run.get("status") == "ok"
 
 
-def style_of(rule):
-    return STYLE.get(rule) or FURTHER[sum(rule.encode()) % len(FURTHER)]
+def reference_of(study, variant):
+    return study["places"].get(variant, study["places"][""])
 
 
-def by_integrator(runs):
+def curves_of(runs, key):
     groups = {}
-    for run in sorted(runs, key=lambda run: run["step"]):
-        groups.setdefault(run["integrator"], []).append(run)
-    rank = {name: number for number, name in enumerate(STYLE)}
-    return dict(sorted(groups.items(),
-                       key=lambda g: rank.get(g[1][0]["rule"], len(rank))))  # fmt: skip
+    for run in runs:
+        groups.setdefault(key(run), []).append(run)
+    return list(groups.values())
 
 
-def looks_of(study, runs):
-    """Of the curve of these runs: colour and marker are the integrator's. With variants, the line is
-    the variant's. Another solver is a ring around the point that it should agree with."""
-    own = dict(style_of(runs[0]["rule"]), mfc="none", mew=1.0)
-    if len(study["variants"]) > 1:
-        own["ls"] = LINES[study["variants"].index(str(runs[0].get("variant"))) % len(LINES)]
-    if any(run.get("compares_solver") for run in runs):
-        own.update(marker="o", ms=9, ls="none")
-    return own
+def name_of(study, run, with_variant=True):
+    rule = RULES.get(run["rule"], run["rule"].replace("-", " "))
+    tags = [plain(run["variant"]) if with_variant and len(study["variants"]) > 1 else "", run["solver"]]
+    return rule + (f" ({', '.join(t for t in tags if t)})" if any(tags) else "")
 
 
-def shade(color, rank, count):
-    """Of a curve over time: the finest step is the darkest, the coarsest has the integrator's colour."""
-    dark = 0.6 * (1.0 - rank / max(1, count - 1)) if count > 1 else 0.0
-    return to_hex([(1.0 - dark) * c for c in to_rgb(color)])
+def looks_of(study, run, varied=True):
+    """Of a curve: colour and marker are the integrator's, and the line the variant's, if there are
+    several in a panel. Another solver is a ring around the point that it should agree with."""
+    rank = study["rules"].index(run["rule"]) % len(COLOURS)
+    line = RULE_LINES[rank]
+    if varied and len(study["variants"]) > 1:
+        line = LINES[study["variants"].index(run["variant"]) % len(LINES)]
+    looks = {"color": COLOURS[rank], "marker": MARKERS[rank], "ls": line, "ms": 4.2, "mfc": "none"}
+    return {**looks, "marker": "o", "ms": 8, "ls": "none"} if run["solver"] else looks
 
 
-def write_file(path, content):
-    """The file gets its name when it is complete. A link of that name is not followed."""
-    temporary = path + ".part"
-    try:
-        if os.path.lexists(temporary):
-            os.remove(temporary)
-        # Without a buffer nothing is left that Python would try to write at its end.
-        with open(temporary, "xb", buffering=0) as file:
-            rest = memoryview(content)
-            while rest:
-                rest = rest[file.write(rest) :]
-        os.replace(temporary, path)
-    except OSError as problem:
-        with contextlib.suppress(OSError):
-            os.remove(temporary)
-        raise Unwritable(f"{path}: cannot be written ({problem.strerror})") from problem
+def parts_of(study):
+    """[(heading, curves)]: the panels of a plot with a curve for each integrator. If there are too many
+    of them for one panel, each variant has its own."""
+    def key(run):
+        return run["rule"], run["variant"], run["solver"]
+
+    curves = curves_of(study["runs"], key)
+    if len(curves) <= MOST_LINES:
+        return [("", curves)]
+    parts = []
+    for variant in study["variants"]:
+        own = [c for c in curves if c[0]["variant"] == variant]
+        count = math.ceil(len(own) / MOST_LINES)
+        parts += [(plain(variant), own[i::count]) for i in range(count)]
+    return parts
 
 
-def save(figure, folder, name):
-    # No date, so that the same study gives the same files.
-    extra = {"png": {}, "svg": {"Date": None}, "pdf": {"CreationDate": None, "ModDate": None}}
-    for ending in ENDINGS:
-        content = io.BytesIO()
-        figure.savefig(content, format=ending, metadata=extra[ending])
-        write_file(os.path.join(folder, f"{name}.{ending}"), content.getvalue())
-    plt.close(figure)
+def representative(study):
+    """The coarsest run of each integrator that ended well, in which errors can be seen."""
+    runs = [r for r in study["runs"] if ended_well(r) and not r["solver"]
+            and r["variant"] == study["variants"][0]]  # fmt: skip
+    return [group[-1] for group in curves_of(runs, lambda run: run["rule"])]
 
 
-def remove_plot(folder, name):
-    """An earlier call of the same study may have drawn it."""
-    for ending in ENDINGS:
-        path = os.path.join(folder, f"{name}.{ending}")
-        if os.path.lexists(path):
-            os.remove(path)
+# ---- panels
 
 
-class Page:
-    """A figure whose axes are placed in inches from its top, so that its width is exact."""
-
-    def __init__(self, width, scene, title, below):
-        lines = textwrap.wrap(title, int(width * 17))
-        self.width, self.scene, self.lines = width, scene, lines
-        self.top, self.below = 0.24 + 0.15 * len(lines), below
-        self.rows = []
-
-    def row(self, height, gap=0.0):
-        self.rows.append((height, gap))
-
-    def place(self, columns=1, left=0.62, right=0.08, between=0.12):
-        """The figure, and its axes as rows of columns."""
-        height = self.top + sum(h + gap for h, gap in self.rows) + self.below
-        figure = plt.figure(figsize=(self.width, height))
-        wide = (self.width - left - right - between * (columns - 1)) / columns
-        axes, y = [], height - self.top
-        for tall, gap in self.rows:
-            y -= gap + tall
-            axes.append([
-                figure.add_axes([(left + i * (wide + between)) / self.width, y / height,
-                                 wide / self.width, tall / height]) for i in range(columns)
-            ])  # fmt: skip
-        figure.text(0.5, 1 - 0.06 / height, self.scene, ha="center", va="top", weight="bold")
-        for i, line in enumerate(self.lines):
-            figure.text(0.5, 1 - (0.21 + 0.15 * i) / height, line, ha="center", va="top")
-        return figure, axes
+def samples(line):
+    """Points on a line of matplotlib in pixels, close together."""
+    points = line.get_transform().transform(line.get_xydata())
+    if len(points) > 1 and line.get_linestyle() not in ("None", "none"):
+        steps = np.ceil(np.abs(np.diff(points, axis=0)).max(axis=1) / 3).clip(1, 300)
+        at = np.concatenate([i + np.arange(n) / n for i, n in enumerate(steps)] + [[len(points) - 1]])
+        points = np.column_stack([np.interp(at, np.arange(len(points)), p) for p in points.T])
+    box = line.axes.bbox.padded(1.5)
+    (x0, y0), (x1, y1) = box.min, box.max
+    x, y = points.T
+    return points[(x >= x0) & (x <= x1) & (y >= y0) & (y <= y1)]
 
 
-def decades(axes, low, high, least=1.3):
-    """Sets a logarithmic y axis that has these values, and at least so many decades."""
-    span = math.log10(high / low)
-    room = max(0.06 * span, 0.5 * (least - span), 0.08)
-    axes.set_yscale("log")
-    axes.set_ylim(low / 10**room, high * 10**room)
-    axes.yaxis.set_major_locator(LogLocator(numticks=7))
-    if span + 2 * room > 4:
-        axes.yaxis.set_minor_formatter(NullFormatter())
+def coincide(p, q):
+    """Whether a reader cannot tell these points of two curves apart."""
+    if not len(p) or not len(q):
+        return False
+    gaps = np.hypot(*(p[:, None] - q[None]).transpose(2, 0, 1))
+    return max(np.percentile(gaps.min(axis=i), 90) for i in (0, 1)) < 1.8
 
 
-def legend(figure, handles, columns):
-    """At the lower edge of the figure."""
-    figure.legend(handles=handles, loc="lower center", ncol=columns, bbox_to_anchor=(0.5, 0.0),
-                  borderaxespad=0.3)  # fmt: skip
+def readable(color):
+    """Dark enough for a text on white."""
+    rgb = np.array(to_rgb(color))
+    while rgb @ (0.2126, 0.7152, 0.0722) > 0.36:
+        rgb *= 0.93
+    return to_hex(rgb)
 
 
-def legend_height(count, columns):
-    return 0.12 + 0.147 * math.ceil(count / columns)
+def separated(wanted, sizes, low, high):
+    """Centres in ascending order as near to the wanted ones as intervals of these sizes allow."""
+    centres = np.array(wanted, dtype=float)
+    for _ in range(400):
+        for i in range(len(centres) - 1):
+            lack = (sizes[i] + sizes[i + 1]) / 2 - (centres[i + 1] - centres[i])
+            if lack > 0:
+                centres[i] -= lack / 2
+                centres[i + 1] += lack / 2
+        if len(centres):
+            centres[0] = max(centres[0], low + sizes[0] / 2)
+            centres[-1] = min(centres[-1], high - sizes[-1] / 2)
+    return centres
 
 
-def thinned(times, values):
-    """At most MOST_POINTS points: of each stretch its largest value, and the last point."""
-    points = [(t, v) for t, v in zip(times, values) if math.isfinite(t) and math.isfinite(v)]
-    stride = math.ceil(len(points) / MOST_POINTS) or 1
-    if stride > 1:
-        last = points[-1]
-        points = [
-            max(points[i : i + stride], key=lambda p: p[1]) for i in range(0, len(points), stride)
-        ]
-        points += [last] if points[-1] != last else []
-    return [p[0] for p in points], [p[1] for p in points]
+def ticks_to_try(axis):
+    """[(values, texts)] for an axis, from many to few."""
+    low, high = sorted(axis.get_view_interval())
+
+    def texts(ticks):
+        if axis.get_scale() == "linear" or all(1e-3 < t < 2e4 for t in ticks):
+            return [f"{0.0 if abs(t) < 1e-9 * high else t:.6g}".replace("-", "−") for t in ticks]
+        parts = [(t / 10 ** math.floor(math.log10(t) + 1e-9), math.floor(math.log10(t) + 1e-9))
+                 for t in ticks]  # fmt: skip
+        return [(f"{m:.0f}·" if round(m) != 1 else "") + power_of_ten(n) for m, n in parts]
+
+    if axis.get_scale() == "linear":
+        found = [MaxNLocator(n, steps=[1, 2, 5, 10]).tick_values(low, high) for n in (6, 5, 4, 3, 2, 1)]
+    else:
+        first, last = math.floor(math.log10(low)), math.ceil(math.log10(high))
+        decades = math.floor(math.log10(high)) - math.ceil(math.log10(low)) + 1
+        subs = [(1, 2, 5), (1, 3)] if decades < 2 else []
+        found = [np.array([s * 10.0**n for n in range(first, last + 1) for s in sub]) for sub in subs]
+        found += [10.0 ** np.arange(stride * math.ceil(first / stride), last + 1, stride)
+                  for stride in (1, 2, 3, 4, 5, 10)]  # fmt: skip
+    for ticks in found:
+        room = 1e-9 * (high - low) if axis.get_scale() == "linear" else 1e-9 * low
+        ticks = [t for t in ticks if low - room <= t <= high + room]
+        if 0 < len(ticks) <= 7:
+            yield ticks, texts(ticks)
 
 
-def both_extremes(times, values):
-    """About MOST_POINTS points: of each stretch its least and its largest value in their order."""
-    points = [(t, v) for t, v in zip(times, values) if math.isfinite(t) and math.isfinite(v)]
-    stride = 2 * math.ceil(len(points) / MOST_POINTS)
-    if stride > 2:
-        kept = []
-        for i in range(0, len(points), stride):
-            piece = points[i : i + stride]
-            extremes = {min(piece, key=lambda p: p[1]), max(piece, key=lambda p: p[1])}
-            kept += sorted(extremes)
-        points = kept
-    return [p[0] for p in points], [p[1] for p in points]
+class Panel:
+    """Axes with curves, whose names are written beside them when the axes have their place."""
+
+    def __init__(self, axes):
+        self.axes, self.curves, self.slopes, self.keeps_ticks = axes, [], [], False
+
+    def line(self, name, x, y, **looks):
+        """A curve with a name at its end, or beside it if it ends far from the right edge."""
+        (line,) = self.axes.plot(x, y, **looks)
+        self.curves.append((name, line))
+
+    def scale(self, which, values, top=0.0, least=0.7):
+        """Makes an axis logarithmic, with room around the values and, in parts of it, at the top."""
+        low, high = min(values), max(values)
+        span = math.log10(high / low)
+        room = max(0.05 * span, 0.5 * (least - span), 0.05)
+        getattr(self.axes, f"set_{which}scale")("log")
+        upper = room + top / (1 - top) * (span + 2 * room)
+        getattr(self.axes, f"set_{which}lim")(low / 10**room, high * 10**upper)
+        axis = self.axes.xaxis if which == "x" else self.axes.yaxis
+        decades = span + room + upper
+        axis.set_minor_locator(LogLocator(subs=range(2, 10), numticks=99) if decades < 6 else NullLocator())
+        axis.set_minor_formatter(NullFormatter())
+
+    def fit_ticks(self, renderer):
+        """As many tick labels as fit without touching each other."""
+        for axis, gap in ((self.axes.xaxis, 5), (self.axes.yaxis, 2)):
+            if self.keeps_ticks or not axis.get_ticklabels() or not axis.get_visible():
+                continue
+            for ticks, texts in ticks_to_try(axis):
+                axis.set_ticks(ticks, texts)
+                if not touching(axis, renderer, gap):
+                    break
+
+    def ends_at_right(self, line):
+        points = samples(line)
+        box = self.axes.bbox
+        return len(points) > 0 and points[-1, 0] > box.x0 + 0.86 * box.width
+
+    def margin(self, renderer):
+        """The width of the names at the right edge, in pixels."""
+        widths = [extent(self.axes, name, renderer)[0] for name, line in self.curves
+                  if name and self.ends_at_right(line)]  # fmt: skip
+        return max(widths, default=-10) + 10
+
+    def write_names(self, renderer):
+        """Curves that coincide are named together, with a line of text for each."""
+        named = [(name, line, samples(line)) for name, line in self.curves]
+        taken = [points for *_, points in named if len(points)]
+        groups = []
+        for entry in named:
+            if entry[0] and len(entry[2]):
+                group = next((g for g in groups if any(coincide(entry[2], e[2]) for e in g)), None)
+                groups.append([entry]) if group is None else group.append(entry)
+        boxes, right, inner = [], [], []
+        for group in groups:
+            names = list(dict.fromkeys(name for name, *_ in group))
+            text, color = ",\n".join(names), readable(group[0][1].get_color()) if len(names) == 1 else INK
+            entry = (text, color, group[0][2], extent(self.axes, text, renderer))
+            (right if self.ends_at_right(group[0][1]) else inner).append(entry)
+        right.sort(key=lambda entry: entry[2][-1, 1])
+        box = self.axes.bbox
+        x = max([entry[2][-1, 0] for entry in right], default=0.0) + 6
+        centres = separated([e[2][-1, 1] for e in right], [e[3][1] + 1.5 for e in right],
+                            box.y0 - 9, box.y1 + 3)  # fmt: skip
+        for (text, color, points, (width, height)), y in zip(right, centres):
+            if abs(y - points[-1, 1]) > 4 or x - points[-1, 0] > 12:
+                self.leader(points[-1] + (2, 0), (x - 1, y), color)
+            self.put(text, x, y - height / 2, color)
+            boxes.append((x, y - height / 2, width, height))
+        for text, color, points, size in sorted(inner, key=lambda entry: len(entry[2])):
+            x, y, far = self.free_place(points, size, taken, boxes)
+            if far:
+                near = points[np.hypot(*(points - (x + size[0] / 2, y + size[1] / 2)).T).argmin()]
+                self.leader(near, (min(max(near[0], x), x + size[0]), min(max(near[1], y), y + size[1])), color)
+            self.put(text, x, y, color)
+            boxes.append((x, y, *size))
+        if self.slopes:
+            self.draw_slopes(np.vstack(taken), boxes)
+
+    def put(self, text, x, y, color, **more):
+        """A text whose lower left corner is at this pixel."""
+        place = self.axes.transAxes.inverted().transform((x, y))
+        self.axes.text(*place, text, transform=self.axes.transAxes, color=color, va="bottom", linespacing=1.0,
+                       zorder=6, **more)  # fmt: skip
+
+    def leader(self, begin, end, color):
+        points = self.axes.transAxes.inverted().transform([begin, end])
+        self.axes.plot(*points.T, transform=self.axes.transAxes, color=color, lw=0.5, clip_on=False,
+                       marker="", ls="-")  # fmt: skip
+
+    def free_place(self, own, size, taken, boxes):
+        """Lower left corner of a text beside its curve, which covers no curve and no other text; and
+        whether it is so far away that it needs a line to its curve."""
+        (width, height), box = size, self.axes.bbox
+        offsets = [(4, -height / 2), (-width - 4, -height / 2), (-width / 2, 4), (-width / 2, -height - 4),
+                   (3, 3), (-width - 3, 3), (3, -height - 3), (-width - 3, -height - 3)]  # fmt: skip
+        anchors = own[:: -max(1, len(own) // 60)]
+        beside = (anchors[:, None] + np.array(offsets)[None]).reshape(-1, 2)
+        rank = np.repeat(np.arange(len(anchors)), len(offsets)) + np.tile(np.arange(len(offsets)), len(anchors))
+        grid = np.stack(np.meshgrid(np.linspace(box.x0 + 2, box.x1 - width, 40),
+                                    np.linspace(box.y0 + 2, box.y1 - height, 30)), axis=-1).reshape(-1, 2)
+        foreign = np.vstack([[(-1e3, -1e3)], *(p for p in taken if p is not own)])
+        for corners, score in ((beside, 1.0 * rank), (grid, None)):
+            def distance(points):
+                gap = np.maximum(np.maximum(corners[:, None] - points[None],
+                                            points[None] - corners[:, None] - (width, height)), 0)
+                return np.hypot(gap[..., 0], gap[..., 1]).min(axis=1)
+
+            mine, others = distance(own), distance(foreign)
+            if score is None:
+                score = mine
+            good = (mine > 1.5) & (others > 2) & (corners >= (box.x0 + 1, box.y0 + 1)).all(axis=1)
+            good &= (corners[:, 0] + width <= box.x1 + 4) & (corners[:, 1] + height <= box.y1 + 1)
+            for x, y, w, h in boxes:
+                good &= ((corners[:, 0] > x + w + 2) | (corners[:, 0] + width < x - 2)
+                         | (corners[:, 1] > y + h) | (corners[:, 1] + height < y))  # fmt: skip
+            if good.any():
+                # Nearer to another curve than to its own, a name would be misread.
+                score = np.where(good, score + 4 * np.maximum(0, 9 - others), np.inf)
+                best = score.argmin()
+                return (*corners[best], mine[best] > 10)
+        return (*np.clip(own[-1] + (4, 4), box.min, box.max - size), False)
+
+    def draw_slopes(self, taken, boxes):
+        """Triangles of slope 1 and 2 below a part of a curve where at least three runs show the slope."""
+        axes, box = self.axes, self.axes.bbox
+        (x0, x1), (y0, y1) = axes.get_xlim(), axes.get_ylim()
+        # Pixels of a decade: what has slope 1 in the axes has the slope `unit` in pixels.
+        unit = (box.height / math.log10(y1 / y0)) / (box.width / math.log10(x1 / x0))
+        corners = [(x + w * i / 9, y + h * j / 4) for x, y, w, h in boxes for i in range(10) for j in range(5)]
+        taken = np.vstack([taken, *([corners] if corners else [])])
+        for slope in (1, 2):
+            width = min(28, 28 / (slope * unit))
+            height = slope * unit * width
+            for part in (p for line in self.slopes for p in straight_parts(line, slope)):
+                points = axes.transData.transform(part)
+                place = None
+                for t in np.linspace(0.5, 0, 12):
+                    for at, gap in ((at, gap) for gap in (7, 10, 14, 20) for at in (0.5 - t, 0.5 + t)):
+                        x, y = points[0] + at * (points[-1] - points[0]) + np.array(
+                            [slope * unit, -1.0]) / math.hypot(1, slope * unit) * gap  # fmt: skip
+                        px, py = taken.T
+                        inside = ((px > x - 3) & (px < x + width + 12) & (py > y - 15) & (py < y + height + 3)
+                                  & (py - y < slope * unit * (px - x) + 3))  # fmt: skip
+                        fits = x + width + 10 < box.x1 and y - 14 > box.y0 and y + height < box.y1 and x > box.x0
+                        if fits and not inside.any():
+                            place = place or (x, y)
+                if place is None:
+                    continue
+                x, y = place
+                shape = np.array([(x, y), (x + width, y), (x + width, y + height)])
+                axes.add_patch(plt.Polygon(axes.transAxes.inverted().transform(shape), closed=True, fc=PALE,
+                                           ec=GREY, lw=0.6, transform=axes.transAxes, zorder=3,
+                                           label=f"slope {slope}"))  # fmt: skip
+                self.put("1", x + width / 2, y - 13, GREY, ha="center")
+                self.put(str(slope), x + width + 3, y + height / 2 - 6, GREY)
+                grid = [(x + width * i / 5, y + height * j / 5) for i in range(-2, 8) for j in range(-3, 6)]
+                taken = np.vstack([taken, grid])
+                break
 
 
-def time_unit(end):
-    return next((u for u in (("s", 1), ("ms", 1e3), ("µs", 1e6)) if end * u[1] >= (0.1 if u[1] == 1 else 1)),
-                ("s", 1))
+def straight_parts(line, slope, tolerance=0.15):
+    """The longest parts of at least three points of a line on logarithmic axes that have this slope."""
+    parts, part = [], []
+    for p, q in zip(line, line[1:]):
+        own = (math.log(q[1] / p[1]) / math.log(q[0] / p[0])) if q[0] > p[0] else math.inf
+        if abs(own - slope) <= tolerance:
+            part = (part or [p]) + [q]
+            continue
+        parts.append(part)
+        part = []
+    return [part for part in [*parts, part] if len(part) >= 3]
 
 
-def step_handles(study, steps):
-    """Line and shade of each step."""
-    return [Line2D([], [], color=shade("#999999", i, len(steps)), ls=LINES[i % len(LINES)],
-                   label="$h$ = " + si(h, "s") + in_limits(h, study["stable_step"]))
-            for i, h in enumerate(steps)]  # fmt: skip
+def extent(axes, text, renderer):
+    """Width and height of a text in pixels."""
+    artist = axes.text(0, 0, text, transform=None, linespacing=1.0)
+    box = artist.get_window_extent(renderer)
+    artist.remove()
+    return box.width, box.height
 
 
-def end_handle(runs):
-    return [] if all(ended_well(r) for r in runs) else [
-        Line2D([], [], color=GREY, marker="x", ls="none", ms=4.5, mew=1.2,
-               label="upper edge: end of a run that is unstable or failed")
-    ]  # fmt: skip
+def touching(axis, renderer, gap=0.0):
+    """Whether labels of the ticks overlap or are nearer to each other than a gap in pixels."""
+    axis.get_tightbbox(renderer)  # places them
+    boxes = [t.get_window_extent(renderer) for t in axis.get_ticklabels() if t.get_text() and t.get_visible()]
+    return any(a.padded(gap / 2).overlaps(b.padded(gap / 2)) for i, a in enumerate(boxes) for b in boxes[:i])
 
 
-def over_time(study, folder, name, title, ylabel, value_of, round_off_of=None):
-    """A panel for each integrator with a curve for each step, on a logarithmic axis that fits the runs
-    that ended well: a run that blew up leaves the picture. `value_of` returns None for a run that has
-    no such number."""
-    # Another solver's curves would lie on those that are there.
-    shown = [run for run in study["runs"] if not run.get("compares_solver")]
-    groups = by_integrator(shown)
-    steps = sorted({run["step"] for run in shown})
-    curves, floors = [], []
-    for index, runs in enumerate(groups.values()):
+class Sheet:
+    """The panels of a plot, in the caller's axes or in a new figure of the exact width."""
+
+    def __init__(self, count, axes, height, columns=1, narrow=1, width=170, title=""):
+        """Columns are those of a figure of 170 mm, `narrow` those of one of 85 mm; height of a panel in mm."""
+        self.is_own = axes is None
+        self.columns = min(count, columns if width > 100 else narrow)
+        self.height, self.title, self.is_shared = height, title, False
+        if self.is_own:
+            figure = plt.figure(figsize=(width * MM, height * MM))
+            axes = [figure.add_axes([0.2, 0.2, 0.6 / self.columns, 0.6], label=str(i)) for i in range(count)]
+        axes = np.ravel(axes)
+        if len(axes) != count:
+            raise ValueError(f"this plot has {count} panels, and needs as many axes")
+        self.figure, self.panels = axes[0].figure, [Panel(a) for a in axes]
+
+    def is_first(self, index):
+        """Whether a panel is the first of its row."""
+        return index % self.columns == 0 or not self.is_own
+
+    def is_last(self, index):
+        """Whether a panel is the last of its column."""
+        return index + self.columns >= len(self.panels) or not self.is_own
+
+    def finish(self):
+        renderer = self.figure.canvas.get_renderer()
+        for _ in range(2):  # labels of ticks depend on the size, and the size on these labels
+            for panel in self.panels:
+                panel.fit_ticks(renderer)
+            if self.is_shared:
+                for panel in self.panels:
+                    panel.axes.set_yticks(self.panels[0].axes.get_yticks())
+                    panel.axes.set_xticks(self.panels[-1].axes.get_xticks())
+            if self.is_own:
+                self.arrange(renderer)
+        for panel in self.panels:
+            panel.write_names(renderer)
+        return np.array([panel.axes for panel in self.panels])
+
+    def arrange(self, renderer):
+        """Gives all panels the same size, with the room that their labels and names need."""
+        dpi, rows = self.figure.dpi, math.ceil(len(self.panels) / self.columns)
+        left, right, below, above = (np.zeros(n) for n in (self.columns, self.columns, rows, rows))
+        for i, panel in enumerate(self.panels):
+            row, column = divmod(i, self.columns)
+            inner, outer = panel.axes.bbox, panel.axes.get_tightbbox(renderer)
+            left[column] = max(left[column], (inner.x0 - outer.x0) / dpi)
+            right[column] = max(right[column], (outer.x1 - inner.x1) / dpi, panel.margin(renderer) / dpi)
+            below[row] = max(below[row], (inner.y0 - outer.y0) / dpi)
+            above[row] = max(above[row], (outer.y1 - inner.y1) / dpi)
+        wide, tall, gap, edge = self.figure.get_figwidth(), self.height * MM, 2.5 * MM, 1.0 * MM
+        title = textwrap.fill(plain(self.title, 300), int(wide * 14)) if self.title else ""
+        head = edge + (0.135 * (title.count("\n") + 1) + 0.04 if title else 0.0)
+        each = (wide - 2 * edge - left.sum() - right.sum() - gap * (self.columns - 1)) / self.columns
+        height = head + edge + (below + above + tall).sum() + gap * (rows - 1)
+        self.figure.set_size_inches(wide, height)
+        for i, panel in enumerate(self.panels):
+            row, column = divmod(i, self.columns)
+            x = edge + left[: column + 1].sum() + right[:column].sum() + column * (each + gap)
+            y = height - head - above[: row + 1].sum() - below[:row].sum() - row * gap - (row + 1) * tall
+            panel.axes.set_position([x / wide, y / height, each / wide, tall / height])
+        for text in list(self.figure.texts):
+            text.remove()
+        if title:
+            self.figure.text(0.5, 1 - edge / height, title, ha="center", va="top")
+
+
+def plot(function):
+    """Makes a function of a plot take a directory, and use the style of a journal for a figure of its own."""
+
+    @functools.wraps(function)
+    def drawn(study, axes=None, *, width=170, title="", **choice):
+        study = study if isinstance(study, dict) else read_study(os.fspath(study))
+        with matplotlib.rc_context(JOURNAL if axes is None else {}):
+            return function(study, functools.partial(Sheet, axes=axes, width=width, title=title), width, **choice)
+
+    return drawn
+
+
+# ---- plots over the step
+
+
+def over_step(study, sheet, width, panels, slopes=False, floor=None, floor_name=""):
+    """A panel for each (key, label of the axis). Runs that did not reach the end are marked at the top.
+    Below the level `floor(h)` values mean nothing."""
+    parts = some(parts_of(study), 6 // len(panels))
+
+    def values(runs, key):
+        return [(r["step"], number(r[key])) for r in runs if ended_well(r) and usable(number(r.get(key)))]
+
+    shown = [(key, label, title, curves) for title, curves in parts for key, label in panels
+             if any(values(runs, key) for runs in curves)]  # fmt: skip
+    if not shown:
+        return None
+    steps = [run["step"] for run in study["runs"]]
+    factor, unit = scaled(math.sqrt(min(steps) * max(steps)), "s")
+    sheet = sheet(len(shown), height=62 if len(shown) == 1 else 48, columns=min(2, len(shown)))
+    for i, (panel, (key, label, title, curves)) in enumerate(zip(sheet.panels, shown)):
+        axes = panel.axes
+        drawn = {name_of(study, runs[0], not title): (runs[0], values(runs, key)) for runs in curves}
+        sizes = [v for _, points in drawn.values() for _, v in points]
+        failures = curves_of([{**r, "curve": name_of(study, r, not title)} for runs in curves for r in runs
+                              if not ended_well(r)], lambda r: (r["curve"], r.get("status")))  # fmt: skip
+        failures = curves_of(failures, lambda f: (f[0].get("status"), *(r["step"] for r in f)))
+        panel.scale("x", [h / factor for h in steps])
+        panel.scale("y", sizes, top=min(0.6, 3.6 * len(failures) / sheet.height), least=1.3)
+        for name, (run, points) in drawn.items():
+            line = [(h / factor, v) for h, v in points]
+            if line:
+                panel.line(name, *zip(*line), **looks_of(study, run, not title))
+            if slopes and not run["solver"]:
+                panel.slopes.append(line)
+        for row, same in enumerate(failures):
+            kind = "unstable" if same[0][0].get("status") == "unstable" else "failed"
+            panel.line(textwrap.fill(f"{kind}: {', '.join(f[0]['curve'] for f in same)}", 16),
+                       [r["step"] / factor for r in same[0]], [1 - (row + 0.5) * 3.6 / sheet.height] * len(same[0]),
+                       color=looks_of(study, same[0][0])["color"], marker="x", ls="none", ms=4.5, clip_on=False,
+                       transform=axes.get_xaxis_transform())  # fmt: skip
+        limits = {}
+        for run in (runs[0] for runs in curves if runs[0]["rule"] in ("explicit", "verlet")):
+            limits.setdefault(f"{number(run.get('stable_step')):.3g}", []).append(run)
+        for rank, runs in enumerate(limits.values()):
+            names = " and ".join(name_of(study, run, not title) for run in runs)
+            limit = number(runs[0].get("stable_step")) / factor
+            if axes.get_xlim()[0] < limit < axes.get_xlim()[1]:
+                panel.line("stability limit" + (f"\nof {names}" if len(limits) > 1 else ""), [limit] * 2, [0, 1],
+                           color=GREY, ls=[DASHED, DOTTED, DASH_DOT][rank % 3], lw=0.8, zorder=1,
+                           transform=axes.get_xaxis_transform())  # fmt: skip
+        if floor:
+            band(panel, np.geomspace(*axes.get_xlim(), 20), lambda h: floor(h * factor), floor_name)
+        zeros = sum(1 for runs in curves for r in runs if number(r.get(key)) == 0 and ended_well(r)
+                    and r.get("role") != "reference")  # fmt: skip
+        axes.set_xlabel(f"step $h$ ({unit})" + (f"; {zeros} run{'s' * (zeros > 1)} with the value 0 not shown"
+                                                if zeros else "") if sheet.is_last(i) else "")  # fmt: skip
+        axes.set_ylabel(label if sheet.is_first(i) or len(panels) > 1 else "")
+        heading(axes, title)
+    return sheet.finish()
+
+
+def band(panel, x, level, name):
+    """A grey band below a level, with its name, if the level lies in the panel."""
+    bottom, top = panel.axes.get_ylim()
+    y = np.array([level(value) for value in x], dtype=float)
+    if np.nanmax(np.append(y, 0)) > bottom:
+        panel.axes.fill_between(x, bottom, np.clip(y, bottom, top), fc=PALE, ec="none", zorder=0)
+        panel.line(name, x, y, color=GREY, ls="-", marker="", lw=0)
+        panel.axes.set_ylim(bottom, top)
+
+
+def error_of(study):
+    """Key and words of the error that the orders are of."""
+    if study["error"].startswith("probe."):
+        return "probe_error", f"relative error of the probe {plain(study['error'][len('probe.'):])}"
+    at = f" at $t$ = {si(study['end'], 's')}" if usable(study["end"]) else " at the end"
+    return "position_error", f"relative position error{at}"
+
+
+@plot
+def plot_error_over_step(study, sheet, width):
+    own = study["reference_error"]
+    return over_step(study, sheet, width, [error_of(study)], True, (lambda h: 5 * own) if usable(own) else None,
+                     "5 × error of\nthe reference")  # fmt: skip
+
+
+@plot
+def plot_rms_error_over_step(study, sheet, width):
+    return over_step(study, sheet, width, [("position_error_rms", "relative position error, r.m.s. over time")], True)
+
+
+def round_off_of_steps(study):
+    """Each step adds at most about one rounding."""
+    return (lambda h: EPSILON * (10 + study["end"] / h)) if usable(study["end"]) else None
+
+
+@plot
+def plot_energy_drift_over_step(study, sheet, width):
+    return over_step(study, sheet, width, [("max_relative_energy_drift", "largest relative energy error")], True,
+                     round_off_of_steps(study), "round-off")  # fmt: skip
+
+
+@plot
+def plot_momentum_drift_over_step(study, sheet, width):
+    return over_step(study, sheet, width, [
+        ("linear_momentum_drift", "relative error of\nthe linear momentum"),
+        ("angular_momentum_drift", "relative error of\nthe angular momentum")], False,
+        round_off_of_steps(study), "round-off")  # fmt: skip
+
+
+@plot
+def plot_work_precision(study, sheet, width):
+    """Error over wall time. Full markers are steps above the stability limit of the explicit rules."""
+    key, label = error_of(study)
+    parts = []
+    for title, curves in some(parts_of(study), 6):
+        points = [[(number(r.get("wall_seconds")), number(r.get(key)), r) for r in runs
+                   if ended_well(r) and r.get("timing") != "shared"] for runs in curves]  # fmt: skip
+        points = [[p for p in line if usable(p[0]) and usable(p[1])] for line in points]
+        parts += [(title, [line for line in points if line])] if any(points) else []
+    if not parts:
+        return None
+    times = [p[0] for _, lines in parts for line in lines for p in line]
+    factor, unit = scaled(math.sqrt(min(times) * max(times)), "s")
+    sheet = sheet(len(parts), height=62 if len(parts) == 1 else 48, columns=2)
+    for i, (panel, (title, lines)) in enumerate(zip(sheet.panels, parts)):
+        panel.scale("x", [t / factor for t in times])
+        panel.scale("y", [p[1] for line in lines for p in line], least=1.3)
+        for line in lines:
+            run, looks = line[0][2], looks_of(study, line[0][2], not title)
+            x, y = [p[0] / factor for p in line], [p[1] for p in line]
+            # In the order of the steps, so that the curve shows what a smaller step costs and gives.
+            panel.line(name_of(study, run, not title), x[::-1], y[::-1], **looks)
+            full = [i for i, p in enumerate(line) if not run["solver"]
+                    and 0 < number(p[2].get("stable_step")) < p[2]["step"]]  # fmt: skip
+            panel.axes.plot([x[i] for i in full], [y[i] for i in full],
+                            **{**looks, "ls": "none", "mfc": looks["color"]})  # fmt: skip
+        panel.axes.set_xlabel(f"wall time of the steps ({unit})" if sheet.is_last(i) else "")
+        panel.axes.set_ylabel(label if sheet.is_first(i) else "")
+        heading(panel.axes, title)
+    return sheet.finish()
+
+
+@plot
+def plot_cost_by_phase(study, sheet, width):
+    """A panel for each integrator, with a curve for each phase."""
+    phases = {"stepping": "steps", "output": "output", "setup": "set-up", "stability": "stability",
+              "mesh": "mesh"}  # fmt: skip
+    groups = []
+    for runs in curves_of(study["runs"], lambda run: (run["rule"], run["variant"])):
+        table = []
         for run in runs:
+            times = read_json(run["directory"], "summary.json").get("wall_seconds")
+            if isinstance(times, dict) and run.get("timing") != "shared" and ended_well(run) and not run["solver"]:
+                table.append((run["step"], {key: number(times.get(key)) for key in phases}))
+        groups += [(name_of(study, runs[0]), table)] if table else []
+    groups = some(groups, MOST_PANELS[width])
+    times = [t for _, table in groups for _, row in table for t in row.values() if usable(t)]
+    if not times:
+        return None
+    steps = [h for _, table in groups for h, _ in table]
+    (x_factor, x_unit), (factor, unit) = (scaled(math.sqrt(min(v) * max(v)), "s") for v in (steps, times))
+    sheet = sheet(len(groups), height=36, columns=2 if len(groups) in (2, 4) else 3)
+    for i, (panel, (name, table)) in enumerate(zip(sheet.panels, groups)):
+        panel.scale("x", [h / x_factor for h in steps])
+        panel.scale("y", [max(t, 1e-6 * max(times)) / factor for t in times], least=1.3)
+        for rank, (key, words) in enumerate(phases.items()):
+            points = [(h / x_factor, row[key] / factor) for h, row in table if usable(row[key])]
+            if points:
+                panel.line(words, *zip(*points), color=COLOURS[[2, 0, 3, 4, 1][rank]], marker=MARKERS[rank],
+                           ms=3.5, mfc="none", ls=RULE_LINES[rank])  # fmt: skip
+        finish_small(sheet, i, name, f"step $h$ ({x_unit})", f"wall time ({unit})")
+    return sheet.finish()
+
+
+def finish_small(sheet, index, title, x_label, y_label):
+    """Axes of many panels with equal scales have labels at the left and below only."""
+    axes, sheet.is_shared = sheet.panels[index].axes, True
+    heading(axes, title)
+    axes.set_xlabel(x_label if sheet.is_last(index) else "")
+    axes.set_ylabel(y_label if sheet.is_first(index) else "")
+    axes.tick_params(labelleft=sheet.is_first(index), labelbottom=sheet.is_last(index))
+
+
+# ---- plots over time
+
+
+def thinned(times, values, both=False):
+    """Of each of about MOST_POINTS stretches the largest value, or the least and the largest one in their
+    order, and the last value."""
+    t, v = np.array([(t, v) for t, v in zip(times, values) if math.isfinite(t) and math.isfinite(v)]).reshape(-1, 2).T
+    stride = math.ceil(len(t) / MOST_POINTS) * (1 + both)
+    if stride <= 1 + both:
+        return t, v
+    kept = {len(t) - 1}
+    for i in range(0, len(t), stride):
+        kept |= {i + np.argmax(v[i : i + stride])} | ({i + np.argmin(v[i : i + stride])} if both else set())
+    return t[sorted(kept)], v[sorted(kept)]
+
+
+def over_time(study, sheet, width, value_of, round_off_of, label, unit=""):
+    """A panel for each integrator with a curve for each step, on a logarithmic axis that fits the runs
+    that ended well: a run that blew up leaves the panel, and is marked at its upper edge. `value_of`
+    returns None for a run that has no such number."""
+    groups, floors = [], []
+    for runs in curves_of([r for r in study["runs"] if not r["solver"]], lambda r: (r["rule"], r["variant"])):
+        curves = []
+        bad = [r for r in runs if not ended_well(r)]
+        good = some([r for r in runs if ended_well(r)], MOST_LINES - (1 if bad else 0))
+        for run in good + some(bad, MOST_LINES - len(good)):
             history = read_history(run)
             try:
                 values = value_of(run, history)
+                times, values = thinned(history["time"], values) if values is not None else ([], [])
+                if len(times):
+                    curves.append((run, times, values))
+                    floors += [round_off_of(run, history)] if ended_well(run) else []
             except (KeyError, IndexError):
                 continue
-            if values is None:
-                continue
-            times, values = thinned(history["time"], values)
-            if not values:
-                continue
-            curves.append((index, run, times, values))
-            if round_off_of and ended_well(run):
-                floors.append(round_off_of(run, history))
-    good = [v for _, run, _, values in curves if ended_well(run) for v in values if v > 0]
-    good = good or [v for *_, values in curves for v in values if v > 0]
+        groups += [curves] if curves else []
+    groups = some(groups, MOST_PANELS[width])
+    every = [(run, v) for curves in groups for run, _, values in curves for v in values if v > 0]
+    good = [v for run, v in every if ended_well(run)] or [v for _, v in every]
     if not good:
-        remove_plot(folder, name)
-        return
-    columns = 2 if len(groups) == 4 else min(3, len(groups))
-    handles = step_handles(study, steps) + end_handle(shown)
-    floor = max((f for f in floors if usable(f)), default=math.nan)
-    low, high = np.percentile(good, 2), max(good)
-    is_floor_shown = usable(floor) and floor > low
-    if is_floor_shown:
-        handles.append(plt.Rectangle((0, 0), 1, 1, fc=PALE, ec="none",
-                                     label="round-off of the finest steps"))  # fmt: skip
-    legend_columns = 3 if columns == 3 else 2
-    page = Page(PAGE if columns > 1 else COLUMN * 1.3, study["scene"], title,
-                0.42 + legend_height(len(handles), legend_columns))  # fmt: skip
-    count = math.ceil(len(groups) / columns)
-    for row in range(count):
-        page.row(1.55 if count > 1 else 1.9, 0.2 if row == 0 else 0.3)
-    figure, rows = page.place(columns)
-    panels = [panel for row in rows for panel in row]
-    end = max(times[-1] for _, _, times, _ in curves)
-    unit, factor = time_unit(end)
-    for index, panel in enumerate(panels):
-        if index >= len(groups):
-            panel.set_visible(False)
-            continue
-        integrator, runs = list(groups.items())[index]
-        color = style_of(runs[0]["rule"])["color"]
-        panel.set_title(plain(integrator), weight="bold", color=color, pad=3)
-        decades(panel, low, high)
-        bottom, top = panel.get_ylim()
-        if is_floor_shown:
-            panel.axhspan(bottom, min(floor, top), fc=PALE, ec="none", zorder=0)
-        for _, run, times, values in (c for c in curves if c[0] == index):
-            rank = steps.index(run["step"])
-            hue = shade(color, rank, len(steps))
+        return None
+    factor, unit = scaled(max(good), unit) if unit else (1.0, "")
+    floor = max((f for f in floors if usable(f)), default=math.nan) / factor
+    end = max(times[-1] for curves in groups for _, times, _ in curves)
+    second, time_unit = scaled(end, "s")
+    sheet = sheet(len(groups), height=34, columns=2 if len(groups) in (2, 4) else 3)
+    for i, (panel, curves) in enumerate(zip(sheet.panels, groups)):
+        color = looks_of(study, curves[0][0])["color"]
+        panel.axes.set_xlim(0, end / second)
+        panel.scale("y", [np.percentile(good, 2) / factor, max(good) / factor], least=1.3)
+        band(panel, [0, end / second], lambda _: floor, "round-off")
+        bad = [(run, times[-1]) for run, times, _ in curves if not ended_well(run)]
+        for rank, (run, times, values) in enumerate(reversed(curves)):
             # A logarithmic axis has no zero, as the error of the start is.
-            kept = [(factor * t, v) for t, v in zip(times, values) if v > 0]
-            if kept:
-                panel.plot(*zip(*kept), ls=LINES[rank % len(LINES)], color=hue,
-                           marker="." if len(kept) < 8 else "", ms=3)  # fmt: skip
-            if not ended_well(run):
-                panel.plot(factor * times[-1], 1.0, "x", color=hue, ms=4.5, mew=1.2, clip_on=False,
-                           transform=panel.get_xaxis_transform(), zorder=5)  # fmt: skip
-        panel.set_xlim(0, 1.06 * end * factor)
-        if index % columns:
-            panel.tick_params(labelleft=False)
-            panel.yaxis.set_minor_formatter(NullFormatter())
-        if index + columns >= len(groups):
-            panel.set_xlabel(f"time $t$ [{unit}]", labelpad=2)
-        else:
-            panel.tick_params(labelbottom=False)
-    figure.text(0.02, 0.5 * (1 + page.below / figure.get_figheight() - page.top /
-                             figure.get_figheight()), ylabel, rotation=90, va="center")  # fmt: skip
-    legend(figure, handles, legend_columns)
-    save(figure, folder, name)
+            points = [(t / second, v / factor) for t, v in zip(times, values) if v > 0]
+            # The coarsest step has the integrator's colour, and finer ones are darker.
+            hue = to_hex(np.array(to_rgb(color)) * (1 - 0.7 * rank / max(1, len(curves) - 1)))
+            if points:
+                panel.line(si(run["step"], "s") if ended_well(run) else "", *zip(*points), color=hue,
+                           ls=LINES[rank % len(LINES)], marker="." if len(points) < 8 else "", ms=3)  # fmt: skip
+        if bad:
+            kinds = {r.get("status") for r, _ in bad}
+            words = f"{'unstable' if kinds == {'unstable'} else 'failed'}: {steps_text([r['step'] for r, _ in bad])}"
+            panel.line(textwrap.fill(words, 20), [t / second for _, t in bad], [0.96] * len(bad), color=color,
+                       marker="x", ms=4.5, ls="none", clip_on=False, zorder=5,
+                       transform=panel.axes.get_xaxis_transform())  # fmt: skip
+        finish_small(sheet, i, name_of(study, curves[0][0]), f"time $t$ ({time_unit})", with_unit(label, unit))
+    return sheet.finish()
+
+
+def steps_text(steps):
+    """24 µs, 98 µs and 390 µs as "24, 98, 390 µs"."""
+    factor, unit = scaled(max(steps), "s")
+    return ", ".join(f"{h / factor:.3g}" for h in sorted(steps)) + f"\u00a0{unit}"  # is not broken into lines
 
 
 def energy_error(history):
@@ -575,433 +983,357 @@ def momentum_round_off(letter):
     vertices, which the kinetic energy T bounds by √(2 M T), or of the magnitude |L|."""
 
     def round_off_of(run, history):
+        rounding = EPSILON * (10 + len(history["time"]))
         if letter == "l":
             sizes = [math.hypot(*v) for v in zip(*(history["l" + axis] for axis in "xyz"))]
-            largest = max((s for s in sizes if math.isfinite(s)), default=0.0)
-            return EPSILON * (10 + len(sizes)) * largest
+            return rounding * max((s for s in sizes if math.isfinite(s)), default=0.0)
         mass = number(read_json(run["directory"], "summary.json").get("mass"))
         energy = max((e for e in history["kinetic_energy"] if math.isfinite(e)), default=0.0)
-        rounding = EPSILON * (10 + len(history["time"]))
         return rounding * math.sqrt(2 * mass * energy) if usable(mass) else math.nan
 
     return round_off_of
 
 
-def probe_over_time(study, folder, probe):
-    """The values of each component on the left, and the difference from the reference on the right.
-
-    The axes fit the runs that ended well.
-    """
-    columns = [str(column) for column in probe["columns"]]
-    groups = by_integrator(study["runs"])
-    runs = [run for group in groups.values() for run in group]
-    tables = [(run, read_columns(run["directory"], "probes.csv")) for run in runs]
-    tables = [(run, table) for run, table in tables if all(c in table for c in columns)]
-    name, unit = str(probe["name"]), str(probe.get("unit", ""))
-    if not tables:
-        remove_plot(folder, f"probe_{name}")
-        return
-    # Each mesh has a reference of its own. The values of all of them are drawn.
-    places = list(dict.fromkeys([study["reference"], *study["of_variants"].values()]))
-    references = {place: read_columns(place, "probes.csv") for place in places}
-    references = {place: table for place, table in references.items()
-                  if all(c in table for c in columns)}  # fmt: skip
-    has_reference = bool(references)
-    reference_name = "the finest run of the reference" if study["extrapolated"] else "the reference"
-    steps = sorted({run["step"] for run, _ in tables})
-    handles = [Line2D([], [], label=plain(key), color=looks_of(study, group)["color"])
-               for key, group in groups.items() if not group[0].get("compares_solver")]  # fmt: skip
-    if has_reference:
-        handles.append(Line2D([], [], label=reference_name.removeprefix("the "), color="#bbbbbb",
-                              lw=3))  # fmt: skip
-    handles += step_handles(study, steps)
-    if not all(ended_well(run) for run, _ in tables):
-        handles.append(Line2D([], [], color=GREY, marker="x", ls="none", ms=4.5, mew=1.2,
-                              label="end of a run that is unstable or failed"))  # fmt: skip
-    quantity = str(probe.get("quantity", "")).replace("_", " ")
-    title = f"Probe {plain(name)}: {quantity}" + (f" [{unit}]" if unit else "")
-    title += f". Left: values. Right: magnitude of the difference from {reference_name}"
-    page = Page(PAGE, study["scene"], title if has_reference else title.split(". Left")[0],
-                0.42 + legend_height(len(handles), 3))  # fmt: skip
-    for row in range(len(columns)):
-        page.row(1.4, 0.06 if row == 0 else 0.12)
-    figure, rows = page.place(2 if has_reference else 1, left=0.72, between=0.75)
-    end = max((table["time"][-1] for _, table in tables), default=0.0)
-    time_name, factor = time_unit(end)
-    for panels, column in zip(rows, columns):
-        known_of = {}
-        for place, table in references.items():
-            known_of[place] = [(t, v) for t, v in zip(table["time"], table[column])
-                               if math.isfinite(v)]  # fmt: skip
-            times, values = both_extremes(*zip(*known_of[place])) if known_of[place] else ([], [])
-            panels[0].plot([factor * t for t in times], values, color="#bbbbbb", lw=3)
-        good, differences = [], []
-        for run, table in tables:
-            rank = steps.index(run["step"])
-            looks = {"color": shade(looks_of(study, [run])["color"], rank, len(steps)),
-                     "ls": LINES[rank % len(LINES)], "lw": 0.9}  # fmt: skip
-            times, values = both_extremes(table["time"], table[column])
-            if not values:
-                continue
-            panels[0].plot([factor * t for t in times], values, **looks,
-                           marker="." if len(times) < 8 else "", ms=3)  # fmt: skip
-            if ended_well(run):
-                good += [min(values), max(values)]
-            else:
-                panels[0].plot(factor * times[-1], values[-1], "x", color=looks["color"], ms=4.5,
-                               mew=1.2)  # fmt: skip
-            place = study["of_variants"].get(str(run.get("variant")), study["reference"])
-            known = known_of.get(place)
-            if not known or run["directory"] == place:
-                continue
-            own = [(t, v) for t, v in zip(table["time"], table[column]) if math.isfinite(v)]
-            t, v = np.array(own).T
-            times, values = thinned(t, np.abs(v - np.interp(t, *zip(*known))))
-            kept = [(factor * t, v) for t, v in zip(times, values) if v > 0]
-            if kept:
-                panels[1].plot(*zip(*kept), **looks, marker="." if len(kept) < 8 else "", ms=3)
-                differences += [v for _, v in kept] if ended_well(run) else []
-        if good:
-            room = 0.06 * (max(good) - min(good)) or 0.1 * abs(good[0]) or 1.0
-            panels[0].set_ylim(min(good) - room, max(good) + room)
-        panels[0].set_ylabel(plain(column) + (f" [{unit}]" if unit else ""))
-        if has_reference:
-            if differences:
-                decades(panels[1], np.percentile(differences, 2), max(differences))
-            panels[1].set_ylabel("difference" + (f" [{unit}]" if unit else ""))
-        for panel in panels:
-            panel.set_xlim(0, 1.02 * end * factor)
-            if column != columns[-1]:
-                panel.tick_params(labelbottom=False)
-    for panel in rows[-1]:
-        panel.set_xlabel(f"time $t$ [{time_name}]", labelpad=2)
-    legend(figure, handles, 3)
-    save(figure, folder, f"probe_{name}")
+@plot
+def plot_energy_over_time(study, sheet, width):
+    return over_time(study, sheet, width, lambda _, history: energy_error(history), energy_round_off,
+                     "relative energy error")  # fmt: skip
 
 
-def along(lines):
-    """Points on lines through points in pixels, and the slope of the piece that each lies on."""
-    points, slopes = [], []
-    for line in lines:
-        for p, q in zip(line, line[1:] if len(line) > 1 else line):
-            piece = p + (q - p) * np.linspace(0, 1, 41)[:, None]
-            points.append(piece)
-            slopes += [(q - p)[1] / (q - p)[0] if q[0] > p[0] else math.inf] * len(piece)
-    return np.vstack(points), np.array(slopes)
+@plot
+def plot_linear_momentum_over_time(study, sheet, width):
+    return over_time(study, sheet, width, momentum_change("p"), momentum_round_off("p"),
+                     "change of $p$", "N s")  # fmt: skip
 
 
-def straight_parts(line, slope, tolerance=0.15):
-    """The longest parts of at least three points of a line on logarithmic axes that have this slope."""
-    parts, part = [], []
-    for p, q in zip(line, line[1:]):
-        own = (math.log(q[1] / p[1]) / math.log(q[0] / p[0])) if q[0] > p[0] else math.inf
-        if abs(own - slope) <= tolerance:
-            part = (part or [p]) + [q]
-            continue
-        parts.append(part)
-        part = []
-    return [part for part in [*parts, part] if len(part) >= 3]
+@plot
+def plot_angular_momentum_over_time(study, sheet, width):
+    return over_time(study, sheet, width, momentum_change("l"), momentum_round_off("l"),
+                     "change of $L$", "N m s")  # fmt: skip
 
 
-def slope_guides(axes, lines, limits):
-    """Triangles of slope 1 and 2. Each stands beside a part of a curve where at least three runs show
-    its slope, and covers no curve."""
-    to_screen, back = axes.transData.transform, axes.transData.inverted().transform
-    box = axes.bbox
-    (x0, x1), (y0, y1) = axes.get_xlim(), axes.get_ylim()
-    inch = axes.figure.dpi
-    # Pixels of a decade: what has slope 1 in the axes has the slope `unit` in pixels.
-    unit = (box.height / math.log10(y1 / y0)) / (box.width / math.log10(x1 / x0))
-    taken, _ = along([to_screen(line) for line in lines])
-    for _, limit in limits:
-        if x0 < limit < x1:
-            taken = np.vstack([taken, along([to_screen([(limit, y0), (limit, y1)])])[0]])
-    for slope in (1, 2):
-        parts = [part for line in lines for part in straight_parts(line, slope)]
-        if not parts:
-            continue
-        own, _ = along([to_screen(part) for part in parts])
-        width = min(0.34 * inch, 0.34 * inch / (slope * unit))
-        height, pad = slope * unit * width, 0.1 * inch
-        # Places of the lower left corner, row by row, that leave room for the labels.
-        x, y = (array.ravel() for array in np.meshgrid(
-            box.x0 + np.arange(1, 95) / 100 * box.width,
-            box.y0 + np.arange(1, 95) / 100 * box.height))  # fmt: skip
-        inside = ((x + width + 1.2 * pad <= box.x1) & (y - 1.3 * pad >= box.y0)
-                  & (y + height + 0.3 * pad <= box.y1))  # fmt: skip
-        x, y = x[inside, None], y[inside, None]
-        px, py = taken.T
-        clear = np.hypot(np.maximum(np.maximum(x - px, px - x - width - pad), 0),
-                         np.maximum(np.maximum(y - 1.2 * pad - py, py - y - height), 0))  # fmt: skip
-        # Curves may pass above the hypotenuse.
-        above = py - y - height / width * (px - x) > 0.3 * pad
-        free = np.where(above, np.inf, clear).min(axis=1) > 0.3 * pad
-        if not free.any():
-            continue
-        # The hypotenuse is as near to the part of the curve as possible, at both ends.
-        x, y = x[free], y[free]
-        px, py = own.T
-        gap = np.maximum(np.hypot(px - x, py - y).min(axis=1),
-                         np.hypot(px - x - width, py - y - height).min(axis=1))  # fmt: skip
-        if gap.min() > 0.4 * inch:
-            continue
-        x, y = x[gap.argmin(), 0], y[gap.argmin(), 0]
-        corners = [(x, y), (x + width, y), (x + width, y + height)]
-        axes.add_patch(plt.Polygon([back(c) for c in corners], closed=True, fc="#f4f4f4", ec=GREY,
-                                   lw=0.7, zorder=3, label=f"slope {slope}"))  # fmt: skip
-        axes.annotate("1", back((x + width / 2, y)), (0, -1.5), textcoords="offset points",
-                      ha="center", va="top", fontsize=7, color=GREY)  # fmt: skip
-        axes.annotate(str(slope), back((x + width, y + height / 2)), (2, 0), color=GREY,
-                      textcoords="offset points", va="center", fontsize=7)  # fmt: skip
-        grid = [(i / 9, j / 9) for i in range(-3, 14) for j in range(-4, 12)]
-        taken = np.vstack([taken, [(x + width * i, y + height * j) for i, j in grid]])
+@plot
+def plot_probe(study, sheet, width, name=None):
+    """For each component the values on the left, and the difference from the reference on the right, of the
+    coarsest runs that ended well. Values of the run that differs least from the reference may be left out."""
+    probe = next((p for p in study["probes"] if name is None or str(p["name"]) == name), None)
+    if probe is None:
+        return None
+    columns, unit = [str(column) for column in probe["columns"]], str(probe.get("unit") or "")
+    runs = [(run, read_columns(run["directory"], "probes.csv")) for run in representative(study)[:MOST_LINES]]
+    runs = [(run, table) for run, table in runs if all(c in table for c in columns)]
+    if not runs:
+        return None
+    place = reference_of(study, study["variants"][0])
+    reference = read_columns(place, "probes.csv")
+    has_reference = all(c in reference for c in columns) and any(run["directory"] != place for run, _ in runs)
+    end = max(table["time"][-1] for _, table in runs)
+    second, time_unit = scaled(end, "s")
+    steps = [run["step"] for run, _ in runs]
+    usual = max(steps, key=steps.count)
+    sheet = sheet((1 + has_reference) * len(columns), height=36, columns=1 + has_reference)
+    for i, column in enumerate(columns):
+        values, other = sheet.panels[(1 + has_reference) * i :][:2] if has_reference else (sheet.panels[i], None)
+        series, known = [(run, *finite(table, column)) for run, table in runs], finite(reference, column)
+        series = [(run, t, v, np.abs(v - np.interp(t, *known)) if has_reference and len(known[0]) else 0 * v)
+                  for run, t, v in series if len(t)]  # fmt: skip
+        sizes = [np.abs(np.concatenate([s[j] for s in series])) for j in (2, 3)]
+        gaps = sizes[1][sizes[1] > 0]
+        (factor, shown), (small, small_unit) = (scaled(np.max(s), unit) for s in sizes)
+        if has_reference and len(known[0]):
+            t, v = thinned(*known, both=True)
+            values.line("reference", t / second, v / factor, color="#b0b0b0", lw=2.5)
+        least = sorted(series, key=lambda s: np.max(s[3]))[: max(0, len(series) + has_reference - MOST_LINES)]
+        for entry in series:
+            run, t, v, gap = entry
+            words = name_of(study, run, False) + (f" ({si(run['step'], 's')})" if run["step"] != usual else "")
+            looks = {**looks_of(study, run, False), "marker": "." if len(t) < 8 else "", "ms": 3}
+            if not any(entry is e for e in least):
+                x, y = thinned(t, v, both=True)
+                values.line(words, x / second, y / factor, **looks)
+            if (gap > 0).any():
+                x, y = thinned(t, np.where(gap > 0, gap, np.nan))
+                other.line(words, x / second, y / small, **looks)
+        for panel, words in [(values, with_unit(plain(column), shown)), (other, with_unit("difference", small_unit))]:
+            if panel is not None:
+                panel.axes.set(xlim=(0, end / second), ylabel=words,
+                               xlabel=f"time $t$ ({time_unit})" if i == len(columns) - 1 else "")  # fmt: skip
+                panel.axes.tick_params(labelbottom=i == len(columns) - 1)
+        if len(gaps):
+            other.scale("y", [np.percentile(gaps, 2) / small, max(gaps) / small], least=1.3)
+    heading(sheet.panels[0].axes, f"$h$ = {si(usual, 's')}")
+    return sheet.finish()
 
 
-def coinciding(curves):
-    """[(curve, curve that it coincides with, [(step, relative difference)])]: those that a reader
-    cannot tell apart on a logarithmic axis."""
-    found = []
-    for i, (name, looks, points) in enumerate(curves):
-        for other, _, others in curves[:i]:
-            known = dict(others)
-            pairs = [(h, v / known[h]) for h, v in points if h in known]
-            near = [abs(math.log10(ratio)) < 0.05 for _, ratio in pairs]
-            if near and 2 * sum(near) > len(near) and len(near) >= min(2, len(points)):
-                found.append((name, looks, other, [(h, abs(r - 1)) for h, r in pairs if r != 1]))
-                break
-    return [entry for entry in found if entry[3]]
+def finite(table, column):
+    pairs = [(t, v) for t, v in zip(table["time"], table[column]) if math.isfinite(t) and math.isfinite(v)]
+    return np.array(pairs, dtype=float).reshape(-1, 2).T
 
 
-def step_range(steps):
-    """The ends of a logarithmic axis with these values."""
-    low, high = min(steps), max(steps)
-    room = max(0.06 * math.log10(high / low), 0.5 * (0.7 - math.log10(high / low)), 0.05)
-    return low / 10**room, high * 10**room
+# ---- plots of variants and of shapes
 
 
-def step_axis(axes, steps):
-    low, high = step_range(steps)
-    axes.set_xscale("log")
-    axes.set_xlim(low, high)
-    if math.log10(high / low) > 1.5:
-        axes.xaxis.set_minor_formatter(NullFormatter())
+@plot
+def plot_quantity_over_parameter(study, sheet, width):
+    """A panel for each probe, or else the difference from the first variant, and each key that is varied, with
+    the other keys at their first value. The first variant has a full marker."""
+    values = study["values"]
+    if len(values) < 2 or len({tuple(v) for v in values.values()}) != 1:
+        return None
+    first, keys = next(iter(values)), list(next(iter(values.values())))
+    sweeps = {key: [name for name, v in values.items() if all(v[k] == values[first][k] for k in keys if k != key)]
+              for key in keys}  # fmt: skip
+    rows = []
+    for probe in study["probes"][:3]:
+        found = {name: largest_of_probe(study, name, [str(c) for c in probe["columns"]]) for name in values}
+        rows.append((f"largest |{plain(probe['name'])}|", str(probe.get("unit") or ""), found))
+    if not rows:
+        found = {str(name): number(entry.get("position_difference")) for entry in study["references"]
+                 for name in entry.get("variants") or []}  # fmt: skip
+        rows = [("relative difference of the positions from the first variant", "",
+                 {**found, first: 0.0} if found else {})]  # fmt: skip
+    rows = [row for row in rows if sum(map(math.isfinite, row[2].values())) > 1]
+    panels = [(row, key) for row in rows for key in keys if len(sweeps[key]) > 1]
+    if not panels:
+        return None
+    sheet = sheet(len(panels), height=48 if len(panels) == 1 else 40, columns=min(3, len(panels) // len(rows)))
+    for i, (panel, ((label, unit, found), key)) in enumerate(zip(sheet.panels, panels)):
+        shown = [n for k in keys for n in sweeps[k] if math.isfinite(found.get(n, math.nan))]
+        factor, unit = scaled(max(abs(found[n]) for n in shown), unit)
+        points = [(name, found[name] / factor) for name in sweeps[key] if math.isfinite(found.get(name, math.nan))]
+        x = [number(values[name][key]) for name, _ in points]
+        is_number = all(map(math.isfinite, x))
+        if not is_number:
+            x = list(range(len(points)))
+        order = np.argsort(x)
+        x, y = np.array(x)[order], np.array([v for _, v in points])[order]
+        base = [i for i, j in enumerate(order) if points[j][0] == first]
+        color = COLOURS[2]
+        panel.line(sensitivity(x, y, base) if is_number else "", x, y, color=color, marker="o", ms=4, mfc="white",
+                   ls="-" if is_number else "none")  # fmt: skip
+        panel.axes.plot(x[base], y[base], color=color, marker="o", ms=4, ls="none")
+        low, high = min(found[n] / factor for n in shown), max(found[n] / factor for n in shown)
+        room = max(0.12 * (high - low), 0.02 * abs(high)) or 1.0
+        panel.axes.set_ylim(low - room, high + room)
+        if is_number and min(x) > 0 and max(x) > 30 * min(x):
+            panel.scale("x", x)
+        elif not is_number:
+            names = [textwrap.fill(plain(values[points[j][0]][key], 60), 14) for j in order]
+            panel.axes.set_xticks(x, names, rotation=0 if sum(map(len, names)) < width / 3 else 90)
+            panel.axes.set_xlim(-0.5, len(x) - 0.5)
+            panel.keeps_ticks = True
+        panel.axes.set_xlabel(plain(key, 60))
+        panel.axes.set_ylabel(with_unit(textwrap.fill(label, 30), unit) if i % sheet.columns == 0 else "")
+    return sheet.finish()
 
 
-def failure_band(axes, failures):
-    """Steps of runs that did not reach the end, a line for each curve, in a panel without a scale."""
-    axes.set_ylim(0, len(failures) + 1.3)
-    axes.set_facecolor("#f6f6f6")
-    axes.set_yticks([])
-    axes.tick_params(labelbottom=False, bottom=False, which="both")
-    axes.grid(False)
-    for index, (looks, runs) in enumerate(failures):
-        for run in runs:
-            axes.plot(run["step"], len(failures) - index - 0.4,
-                      "x" if run.get("status") == "unstable" else "+", color=looks["color"],
-                      ms=4.5, mew=1.3)  # fmt: skip
-    kinds = [text for status, text in (("unstable", "× unstable"), ("failed", "+ failed"))
-             if any(r.get("status") == status for _, runs in failures for r in runs)]  # fmt: skip
-    axes.text(0.015, len(failures) + 0.62, "did not reach the end: " + ", ".join(kinds), fontsize=6.5,
-              color=GREY, va="center", transform=axes.get_yaxis_transform(),
-              bbox={**BEHIND_TEXT, "fc": "#f6f6f6"})  # fmt: skip
+def largest_of_probe(study, variant, columns):
+    """Of its magnitude over time, in the finest run of a variant that ended well."""
+    runs = [r for r in study["runs"] if r["variant"] == variant and ended_well(r) and not r["solver"]]
+    own = [r for r in runs if r["rule"] == study["reference_rule"]] or runs
+    table = read_columns(min(own, key=lambda r: r["step"])["directory"], "probes.csv") if own else {}
+    if not all(c in table for c in columns):
+        return math.nan
+    return np.nanmax(np.linalg.norm([table[c] for c in columns], axis=0), initial=0.0)
 
 
-def over_step(study, folder, name, title, panels, guides=False, floor=None, floor_name=""):
-    """A panel for each (key, label of the axis), with a curve for each integrator. Runs that did not
-    end well are in a band above. `floor(h)` is a level below which values mean nothing."""
-    groups = by_integrator(study["runs"])
-    looks = {key: looks_of(study, runs) for key, runs in groups.items()}
-    curves = {}
-    for key, _ in panels:
-        curves[key] = []
-        for integrator, runs in groups.items():
-            points = [(r["step"], number(r.get(key))) for r in runs if ended_well(r)]
-            points = [p for p in points if usable(p[1])]
-            if points:
-                curves[key].append((integrator, looks[integrator], points))
-    failures = [(looks[integrator], bad) for integrator, runs in groups.items()
-                if (bad := [r for r in runs if not ended_well(r)])]  # fmt: skip
-    if not any(curves.values()):
-        remove_plot(folder, name)
-        return
-    same = coinciding(curves[panels[0][0]]) if len(panels) == 1 else []
-    handles = [Line2D([], [], label=plain(integrator), **looks[integrator]) for integrator in groups]
-    steps = [run["step"] for run in study["runs"]]
-    limit_styles = [DASHED, DOTTED, DASH_DOT]
-    for i, (label, limit) in enumerate(study["limits"]):
-        low, high = step_range(steps)
-        where = "" if low < limit < high else " (not in this range)"
-        handles.append(Line2D([], [], color="#333333", ls=limit_styles[i % 3], lw=0.9,
-                              label=f"{label}, {si(limit, 's')}{where}"))  # fmt: skip
-    page = Page(COLUMN, study["scene"], title, 0.0)
-    if failures:
-        page.row(0.105 * (len(failures) + 1.3), 0.04)
-    for _ in panels:
-        page.row(2.0 if len(panels) == 1 else 1.5, 0.06)
-    words = []
-    if same:
-        words = textwrap.wrap("difference of " + "; ".join(
-            f"{integrator} from {other}" for integrator, _, other, _ in same), 52)  # fmt: skip
-        page.row(0.75 + 0.11 * len(words), 0.06)
-    # Placed first without a legend, to know whether the level lies in the picture.
-    lows = {key: min(v for *_, points in found for _, v in points)
-            for key, found in curves.items() if found}  # fmt: skip
-    show_floor = floor is not None and any(
-        floor(h) > lows[key] / 1.2 for key in lows for h in (min(steps), max(steps)))  # fmt: skip
-    if show_floor:
-        handles.append(plt.Rectangle((0, 0), 1, 1, fc=PALE, ec="none", label=floor_name))
-    # Long names, of variants and limits, need the whole width.
-    columns = 1 if max(len(h.get_label()) for h in handles) > 42 else 2
-    page.below = 0.4 + legend_height(len(handles), columns)
-    figure, rows = page.place()
-    rows = [row[0] for row in rows]
-    band = rows.pop(0) if failures else None
-    for axes, (key, ylabel) in zip(rows, panels):
-        axes.set_ylabel(ylabel)
-        step_axis(axes, steps)
-        if not curves[key]:
-            axes.set_yticks([])
-            axes.text(0.5, 0.5, "no run has a value above zero", transform=axes.transAxes,
-                      ha="center", color=GREY)  # fmt: skip
-            continue
-        values = [v for *_, points in curves[key] for _, v in points]
-        decades(axes, min(values), max(values))
-        if show_floor:
-            x = np.geomspace(*axes.get_xlim(), 100)
-            bottom = axes.get_ylim()[0]
-            axes.fill_between(x, bottom, [max(bottom, floor(h)) for h in x], fc=PALE, ec="none",
-                              zorder=0)  # fmt: skip
-        for _, style, points in curves[key]:
-            axes.plot(*zip(*points), **style)
-        zeros = sum(1 for r in study["runs"] if ended_well(r) and number(r.get(key)) == 0
-                    and r.get("role") != "reference")  # fmt: skip
-        if zeros:
-            axes.text(0.02, 0.02, f"not shown: {zeros} run{'s' * (zeros > 1)} with the value 0",
-                      transform=axes.transAxes, fontsize=6.5, color=GREY)  # fmt: skip
-    if same:
-        axes = rows[-1]
-        step_axis(axes, steps)
-        for integrator, style, other, points in same:
-            axes.plot(*zip(*points), **style)
-        values = [v for *_, points in same for _, v in points]
-        # The ring of another solver needs some room.
-        decades(axes, min(values) * (min(values) / max(values)) ** 0.12, max(values))
-        axes.yaxis.set_major_locator(LogLocator(numticks=4))
-        axes.set_ylabel("$|e/e_0 - 1|$")
-        axes.text(0.015, 0.97, plain("\n".join(words)), fontsize=6.5, color=GREY, va="top",
-                  transform=axes.transAxes, bbox=BEHIND_TEXT)  # fmt: skip
-        # The words stand above the curves.
-        low, high = axes.get_ylim()
-        part = (0.08 + 0.11 * len(words)) / (0.75 + 0.11 * len(words))
-        axes.set_yticks([tick for tick in axes.get_yticks() if low <= tick <= high])
-        axes.set_ylim(low, high * (high / low) ** (part / (1 - part)))
-    for axes in rows[:-1]:
-        axes.tick_params(labelbottom=False, which="both")
-    rows[-1].set_xlabel("step $h$ [s]", labelpad=2)
-    if band is not None:
-        step_axis(band, steps)
-        failure_band(band, failures)
-    for axes in [*rows, *([band] if band is not None else [])]:
-        for i, (_, limit) in enumerate(study["limits"]):
-            axes.axvline(limit, color="#333333", ls=limit_styles[i % 3], lw=0.9, zorder=1)
-    legend(figure, handles, columns)
-    figure.canvas.draw()  # places the axes, which the guides need to know
-    if guides and curves[panels[0][0]]:
-        slope_guides(rows[0], [points for *_, points in curves[panels[0][0]]], study["limits"])
-    save(figure, folder, name)
+def sensitivity(x, y, base):
+    """The relative change of a quantity over that of its parameter, around the first variant."""
+    around = [i for b in base for i in (b - 1, b + 1) if 0 <= i < len(x)]
+    if not around or min(*x, *y) <= 0:
+        return ""
+    i, j = (around[0], around[-1]) if len(around) > 1 else (around[0], base[0])
+    slope = round(math.log(y[j] / y[i]) / math.log(x[j] / x[i]), 2) + 0.0
+    return f"sensitivity {slope:g}".replace("-", "−")
 
 
-def work_precision(study, folder, name, title, key, ylabel):
-    """Error over wall time. Full markers are steps above the stability limit of the explicit rules."""
-    groups = by_integrator(study["runs"])
-    curves = []
-    for integrator, runs in groups.items():
-        points = [(number(r.get("wall_seconds")), number(r.get(key)), r) for r in runs
-                  if ended_well(r) and r.get("timing") != "shared"]  # fmt: skip
-        points = [p for p in points if usable(p[0]) and usable(p[1])]
-        if points:
-            curves.append((integrator, looks_of(study, runs), points))
-    if not curves:
-        remove_plot(folder, name)
-        return
-    handles = [Line2D([], [], label=plain(integrator), **looks) for integrator, looks, _ in curves]
-    if usable(study["stable_step"]):
-        handles += [Line2D([], [], color=GREY, marker="o", ls="none", ms=5, mfc="none",
-                           label="step below the stability limit"),
-                    Line2D([], [], color=GREY, marker="o", ls="none", ms=5,
-                           label="step above it")]  # fmt: skip
-    columns = 1 if max(len(h.get_label()) for h in handles) > 42 else 2
-    page = Page(COLUMN, study["scene"], title, 0.4 + legend_height(len(handles), columns))
-    page.row(2.3, 0.04)
-    figure, rows = page.place()
-    axes = rows[0][0]
-    step_axis(axes, [p[0] for *_, points in curves for p in points])
-    values = [p[1] for *_, points in curves for p in points]
-    decades(axes, min(values), max(values))
-    for _, looks, points in curves:
-        # In the order of the steps, so that the curve shows what a smaller step costs and gives.
-        axes.plot([p[0] for p in points], [p[1] for p in points], color=looks["color"],
-                  ls=looks["ls"])  # fmt: skip
-        for wall, error, run in points:
-            limit = number(run.get("stable_step"))
-            full = usable(limit) and run["step"] > limit and not run.get("compares_solver")
-            axes.plot(wall, error, **{**looks, "ls": "none",
-                                      "mfc": looks["color"] if full else "none"})  # fmt: skip
-    axes.set_xlabel("wall time of the steps [s]", labelpad=2)
-    axes.set_ylabel(ylabel)
-    legend(figure, handles, columns)
-    save(figure, folder, name)
+def read_surface(directory):
+    """Corners of the triangles of the surface in final.vtu, as an array (n, 3, 3); None if there are none."""
+    from vtkmodules.util.numpy_support import vtk_to_numpy
+    from vtkmodules.vtkCommonCore import vtkObject
+    from vtkmodules.vtkFiltersCore import vtkTriangleFilter
+    from vtkmodules.vtkFiltersGeometry import vtkDataSetSurfaceFilter
+    from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader
 
-
-def main(folder):
-    study = read_study(folder)
-    time = f"$t$ = {si(study['end'], 's')}" if usable(study["end"]) else "the end"
-    what = "position error" if len(study["variants"]) < 2 else "position error or difference"
-    key, error = "position_error", f"{what} at {time}"
-    label = r"$|q - q_{ref}|\,/\,|q_{ref} - X|$ [-]"
-    if study["error"].startswith("probe."):
-        key = "probe_error"
-        error = f"error of the probe {plain(study['error'][len('probe.'):])} over time"
-        label = r"$\max|s - s_{ref}|\,/\,\max|s_{ref}|$ [-]"
-    error = error[0].upper() + error[1:]
-    own = study["reference_error"]
-    over_step(study, folder, "error_over_step", error, [(key, label)],
-              guides=True, floor=(lambda h: 5 * own) if usable(own) else None,
-              floor_name="5 × error of reference")  # fmt: skip
-    over_step(study, folder, "rms_error_over_step",
-              f"Root mean square of the {what} over time",
-              [("position_error_rms", r"rms$(q - q_{ref})\,/\,$rms$(q_{ref} - X)$ [-]")],
-              guides=True)  # fmt: skip
-    work_precision(study, folder, "work_precision", f"{error} over wall time", key, label)
-    over_time(study, folder, "energy_over_time", "Energy error, relative to the energy that entered",
-              "relative energy error [-]", lambda _, history: energy_error(history),
-              energy_round_off)  # fmt: skip
-    over_time(study, folder, "linear_momentum_over_time",
-              "Change of the linear momentum, of the components that are conserved",
-              r"$|p(t) - p(0)|$ [kg m/s]", momentum_change("p"), momentum_round_off("p"))  # fmt: skip
-    over_time(study, folder, "angular_momentum_over_time",
-              "Change of the angular momentum about the origin, of the components that are conserved",
-              r"$|L(t) - L(0)|$ [kg m²/s]", momentum_change("l"), momentum_round_off("l"))  # fmt: skip
-    # Each step adds at most about one rounding.
-    rounding = (lambda h: EPSILON * (10 + study["end"] / h)) if usable(study["end"]) else None
-    over_step(study, folder, "energy_drift_over_step",
-              "Largest energy error, relative to the energy that entered",
-              [("max_relative_energy_drift", "relative energy error [-]")],
-              guides=True, floor=rounding, floor_name="round-off")  # fmt: skip
-    over_step(study, folder, "momentum_drift_over_step",
-              "Change of the momenta that no impulse explains",
-              [("linear_momentum_drift", "linear, relative [-]"),
-               ("angular_momentum_drift", "angular, relative [-]")],
-              floor=rounding, floor_name="round-off")  # fmt: skip
-    for probe in study["probes"]:
-        probe_over_time(study, folder, probe)
-
-
-if __name__ == "__main__":
+    path = os.path.join(directory, "final.vtu")
     try:
-        if len(sys.argv) != 2:
-            raise Unusable("usage: plot_study.py STUDY_DIR")
-        main(sys.argv[1])
+        open_regular(path).close()
+    except OSError:
+        return None
+    vtkObject.GlobalWarningDisplayOff()
+    reader, surface, triangles = vtkXMLUnstructuredGridReader(), vtkDataSetSurfaceFilter(), vtkTriangleFilter()
+    reader.SetFileName(path)
+    surface.SetInputConnection(reader.GetOutputPort())
+    triangles.SetInputConnection(surface.GetOutputPort())
+    triangles.Update()
+    found = triangles.GetOutput()
+    if found.GetNumberOfPolys() == 0:
+        return None
+    corners = vtk_to_numpy(found.GetPolys().GetConnectivityArray()).reshape(-1, 3)
+    shape = vtk_to_numpy(found.GetPoints().GetData()).astype(float)[corners]
+    return shape if np.isfinite(shape).all() else None
+
+
+# Of the picture: to the right, upwards and towards the eye. The axis y points upwards.
+VIEW = np.array([[0.894, 0.0, -0.447], [-0.183, 0.913, -0.365], [0.408, 0.408, 0.816]])
+
+
+@plot
+def plot_shapes_at_end(study, sheet, width):
+    """The body at the end: the reference, and the coarsest run of each integrator that ended well over it, or
+    the references of the variants."""
+    if len(study["variants"]) > 1:
+        shapes = [(plain(v), reference_of(study, v)) for v in study["variants"] if v in study["places"]]
+    else:
+        runs = [(f"{name_of(study, r)},\n$h$ = {si(r['step'], 's')}", r["directory"]) for r in representative(study)]
+        shapes = [("reference", reference_of(study, study["variants"][0])), *runs]
+    try:
+        shapes = [(name, read_surface(place)) for name, place in some(shapes, 6)]
+    except ImportError:  # python3-vtk9 is not installed
+        return None
+    shapes = [(name, shape @ VIEW.T) for name, shape in shapes if shape is not None]
+    if not shapes:
+        return None
+    corners = np.vstack([shape.reshape(-1, 3) for _, shape in shapes])
+    (x0, y0, _), (x1, y1, _) = corners.min(axis=0), corners.max(axis=0)
+    columns = {85: 2, 170: 3}[width] if len(shapes) > 1 else 1
+    each = width / columns - 6
+    sheet = sheet(len(shapes), height=min(max(each * (y1 - y0) / (x1 - x0), 10), 60), columns=columns, narrow=columns)
+    is_large = sum(len(shape) for _, shape in shapes) > 200
+    for i, (panel, (name, shape)) in enumerate(zip(sheet.panels, shapes)):
+        layers = [(shape, 0.55 + 0.45 * np.abs(normals(shape)[:, 2]))]
+        if i > 0 and shapes[0][0] == "reference":
+            layers.insert(0, (shapes[0][1], None))
+        for triangles, light in layers:
+            order = np.argsort(triangles[:, :, 2].mean(axis=1))
+            colors = [PALE] if light is None else np.outer(light, to_rgb("#7fb2d9")).clip(0, 1)[order]
+            panel.axes.add_collection(PolyCollection(triangles[order][:, :, :2], fc=colors, ec=colors, lw=0.2,
+                                                     rasterized=is_large))  # fmt: skip
+        panel.axes.set(xlim=(x0, x1), ylim=(y0, y1), aspect="equal", anchor="S")
+        panel.axes.axis("off")
+        heading(panel.axes, name)
+    length = next(s * 10.0**n for n in range(12, -12, -1) for s in (5, 2, 1) if s * 10.0**n < 0.4 * (x1 - x0))
+    bar = sheet.panels[0].axes
+    bar.plot([x0, x0 + length], [y0, y0], color=INK, lw=1.5, clip_on=False, solid_capstyle="butt")
+    bar.annotate(si(length, "m"), (x0 + length / 2, y0), (0, -2), textcoords="offset points", ha="center", va="top")
+    return sheet.finish()
+
+
+def normals(triangles):
+    n = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+    return n / np.maximum(np.linalg.norm(n, axis=1), 1e-300)[:, None]
+
+
+PLOTS = {name[len("plot_"):]: function for name, function in list(globals().items())
+         if name.startswith("plot_") and name != "plot_probe"}  # fmt: skip
+
+
+# ---- the program
+
+
+def read_style(path):
+    """The settings of a style file of matplotlib that cannot run code or name files, and the others' keys."""
+    style, others = {}, []
+    try:
+        with open(path, encoding="utf-8") as file:
+            lines = file.read(100000).splitlines()
+    except (OSError, ValueError) as problem:
+        raise Unusable(f"--style {path}: cannot be read ({problem})") from problem
+    for count, line in enumerate(lines, 1):
+        key, _, value = re.split(r"(?:^|\s)#", line)[0].partition(":")
+        key, value = key.strip(), value.strip().strip('"')
+        if not key:
+            continue
+        if key == "axes.prop_cycle":  # only its colours, which need no evaluation
+            colors = [c for c in re.findall(r"['\"]([^'\"]+)['\"]", value) if is_color_like(c)]
+            COLOURS[: len(colors)] = colors
+        elif not STYLE_KEYS.match(key) or key == "figure.figsize":
+            others.append(key)
+        else:
+            try:
+                style[key] = matplotlib.RcParams({key: value})[key]
+            except (KeyError, ValueError) as problem:
+                raise Unusable(f"--style {path}, line {count}: {problem}") from problem
+    return style, others
+
+
+def write_file(path, content):
+    """The file gets its name when it is complete. A link of that name is not followed."""
+    temporary = path + ".part"
+    try:
+        if os.path.lexists(temporary):
+            os.remove(temporary)
+        # Without a buffer nothing is left that Python would try to write at its end.
+        with open(temporary, "xb", buffering=0) as file:
+            rest = memoryview(content)
+            while rest:
+                rest = rest[file.write(rest) :]
+        os.replace(temporary, path)
+    except OSError as problem:
+        with contextlib.suppress(OSError):
+            os.remove(temporary)
+        raise Unwritable(f"{path}: cannot be written ({problem.strerror})") from problem
+
+
+def save(figure, folder, name):
+    # No date, so that the same study gives the same files.
+    extra = {"png": {}, "svg": {"Date": None}, "pdf": {"CreationDate": None, "ModDate": None}}
+    for ending in ENDINGS:
+        content = io.BytesIO()
+        figure.savefig(content, format=ending, metadata=extra[ending])
+        content = content.getvalue()
+        if ending == "svg":  # Several plots can stand in one page.
+            prefix = re.sub(r"\W", "_", name).encode() + b"-"
+            content = re.sub(rb'( id="|href="#|url\(#)', rb"\1" + prefix, content)
+            content = re.sub(rb"([MLQ] -?\d+\.\d\d)\d* (-?\d+\.\d\d)\d*", rb"\1 \2", content)
+            # The mark that is used has this style already.
+            content = re.sub(rb'(<use xlink:href="[^"]*" x="[^"]*" y="[^"]*") style="[^"]*"', rb"\1", content)
+        write_file(os.path.join(folder, f"{name}.{ending}"), content)
+
+
+def remove_plot(folder, name):
+    """An earlier call of the same study may have drawn it."""
+    for ending in ENDINGS:
+        path = os.path.join(folder, f"{name}.{ending}")
+        if os.path.lexists(path):
+            os.remove(path)
+
+
+def main(arguments):
+    if arguments.style:
+        style, others = read_style(arguments.style)
+        JOURNAL.update(style)
+        if others:
+            print(f"plot_study: {arguments.style}: not used: {', '.join(others)}", file=sys.stderr)
+    study = read_study(arguments.directory)
+    plots = {name: (function, {}) for name, function in PLOTS.items()}
+    plots.update({f"probe_{p['name']}": (plot_probe, {"name": str(p["name"])}) for p in study["probes"]})
+    defects = 0
+    for name, (function, choice) in plots.items():
+        try:
+            axes = function(study, width=arguments.width, title=arguments.title, **choice)
+            if axes is None:
+                remove_plot(arguments.directory, name)
+            else:
+                with matplotlib.rc_context(JOURNAL):
+                    save(axes[0].figure, arguments.directory, name)
+        except (Unusable, OSError):
+            raise
+        except Exception as problem:  # a defect of one plot does not take the others away
+            line = traceback.extract_tb(problem.__traceback__)[-1].lineno
+            print(f"plot_study: {name}: {type(problem).__name__}: {problem} (line {line})", file=sys.stderr)
+            defects += 1
+            remove_plot(arguments.directory, name)
+        plt.close("all")
+    return DEFECT if defects else 0
+
+
+if IS_PROGRAM:
+    try:
+        sys.exit(main(ARGUMENTS))
     except (Unusable, OSError) as problem:
         print(f"plot_study: {problem}", file=sys.stderr)
-        sys.exit(UNWRITABLE if isinstance(problem, Unwritable) else 1)
+        sys.exit(UNWRITABLE if isinstance(problem, (Unwritable, OSError)) else UNUSABLE)
+    except Exception:
+        print("plot_study:", traceback.format_exc().splitlines()[-1], file=sys.stderr)
+        sys.exit(DEFECT)
