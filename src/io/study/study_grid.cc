@@ -98,7 +98,7 @@ std::string StudyGrid::terminal() const {
   for (std::size_t i = 0; i < heads_.size(); ++i) {
     widths.push_back(width_of(heads_[i].head));
     for (const Row& row : rows_) {
-      if (row.line.empty()) widths[i] = std::max(widths[i], width_of(shown(row.cells[i])));
+      if (!row.cells.empty()) widths[i] = std::max(widths[i], width_of(shown(row.cells[i])));
     }
   }
   const auto line_of = [&](const auto& text_of) {
@@ -111,9 +111,8 @@ std::string StudyGrid::terminal() const {
   };
   std::string text = line_of([&](std::size_t i) { return heads_[i].head; });
   for (const Row& row : rows_) {
-    text += !row.line.empty() || row.cells.empty()
-                ? row.line + '\n'
-                : line_of([&](std::size_t i) { return shown(row.cells[i]); });
+    text += row.cells.empty() ? row.line + '\n'
+                              : line_of([&](std::size_t i) { return shown(row.cells[i]); });
   }
   return text;
 }

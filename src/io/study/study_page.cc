@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <cmath>
 #include <cstdint>
@@ -35,6 +36,16 @@ constexpr Phase kPhases[] = {{"mesh", &RunPhases::mesh, "mesh"},
                              {"stability limit", &RunPhases::stability, "stability"},
                              {"time steps", &RunPhases::stepping, "stepping"},
                              {"output", &RunPhases::output, "output"}};
+
+// The plots that come first, in this order.
+constexpr std::array<std::string_view, 8> kFirstPlots{"quantity_over_parameter",
+                                                      "error_over_step",
+                                                      "work_precision",
+                                                      "energy_over_time",
+                                                      "linear_momentum_over_time",
+                                                      "angular_momentum_over_time",
+                                                      "shapes_at_end",
+                                                      "cost_by_phase"};
 
 std::string base64(std::string_view bytes) {
   constexpr const char* kDigits =
@@ -267,7 +278,12 @@ std::vector<StudyPicture> read_pictures(const StudyResult& result, const std::st
     std::string svg = read_output(directory + "/" + name + ".svg");
     if (!svg.empty()) pictures.push_back({heading, caption, std::move(svg)});
   };
-  for (const StudyPlot& plot : kStudyPlots) add(plot.name, plot.heading, plot.caption);
+  std::vector<StudyPlot> plots(kStudyPlots.begin(), kStudyPlots.end());
+  std::stable_sort(plots.begin(), plots.end(), [](const StudyPlot& a, const StudyPlot& b) {
+    return std::find(kFirstPlots.begin(), kFirstPlots.end(), a.name) <
+           std::find(kFirstPlots.begin(), kFirstPlots.end(), b.name);
+  });
+  for (const StudyPlot& plot : plots) add(plot.name, plot.heading, plot.caption);
   for (const ProbeColumns& probe : result.probes) {
     if (probe.name.find('/') != std::string::npos) continue;
     add("probe_" + probe.name, fmt::format("Probe {} over time", probe.name),

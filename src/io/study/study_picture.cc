@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "study_answer.h"
@@ -15,7 +16,7 @@ namespace tetraction {
 namespace {
 
 constexpr double kLeft = 70.0;
-constexpr double kRight = 510.0;
+constexpr double kRight = 480.0;
 constexpr double kTop = 15.0;
 constexpr double kBottom = 330.0;
 
@@ -112,36 +113,38 @@ std::string study_picture(const StudyResult& result) {
       : answer.uses_processor_time ? "processor time [s]"
                                    : "wall time [s]",
       0.5 * (kTop + kBottom));
-  std::vector<double> taken;  // heights of names
-  for (const PictureCurve& curve : curves) {
+  // The names stand beside the picture at the heights of their last points, with a line of text between them.
+  std::vector<std::pair<double, const PictureCurve*>> names;
+  const auto begin_group = [&](const PictureCurve& curve) {
     text += fmt::format("<g data-rule=\"{}\" style=\"--c: var(--{}, var(--other))\">",
-                        escaped_html(curve.rule), escaped_html(curve.color));
+                        escaped_html(curve.rule), curve.color);
+  };
+  for (const PictureCurve& curve : curves) {
+    begin_group(curve);
     std::string path;
+    const PicturePoint* last = &curve.points.front();
     for (const PicturePoint& point : curve.points) {
       path += fmt::format("{}{:.1f} {:.1f}", path.empty() ? 'M' : 'L', across.at(point.x),
                           up.at(point.y));
+      if (point.x > last->x) last = &point;
     }
     text += fmt::format("<path class=\"curve\" d=\"{}\"/>", path);
-    const PicturePoint* last = &curve.points.front();
     for (const PicturePoint& point : curve.points) {
       text +=
           fmt::format("<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"4.5\"><title>{}</title></circle>",
                       across.at(point.x), up.at(point.y), escaped_html(point.title));
-      if (point.x > last->x) last = &point;
     }
-    double height = up.at(last->y) + 5.0;
-    for (bool is_free = false; !is_free;) {
-      is_free = true;
-      for (const double other : taken) {
-        if (std::abs(other - height) < 17.0) {
-          height = other + 17.0;
-          is_free = false;
-        }
-      }
-    }
-    taken.push_back(height);
-    text += fmt::format("<text class=\"name\" x=\"{:.1f}\" y=\"{:.1f}\">{}</text></g>\n",
-                        across.at(last->x) + 9.0, height, escaped_html(curve.rule));
+    text += "</g>\n";
+    names.emplace_back(up.at(last->y) + 5.0, &curve);
+  }
+  std::sort(names.begin(), names.end());
+  double height = kTop;
+  for (const auto& [wanted, curve] : names) {
+    height = std::max(height, wanted);
+    begin_group(*curve);
+    text += fmt::format("<text class=\"name\" x=\"{}\" y=\"{:.0f}\">{}</text></g>\n", kRight + 8.0,
+                        height, escaped_html(curve->rule));
+    height += 18.0;
   }
   return text + "</svg>\n";
 }

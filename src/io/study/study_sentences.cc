@@ -79,7 +79,7 @@ const RuleAnswer* second_of(const TargetAnswer& target) {
 std::string not_met(const StudyAnswer& answer, const TargetAnswer& target) {
   const auto closest = std::min_element(
       target.rules.begin(), target.rules.end(), [](const RuleAnswer& a, const RuleAnswer& b) {
-        return b.run == nullptr || (a.run != nullptr && a.error < b.error);
+        return a.run != nullptr && (b.run == nullptr || a.error < b.error);
       });
   if (closest->verdict == StudyVerdict::kNotResolved) {
     return fmt::format(
