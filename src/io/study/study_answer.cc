@@ -283,6 +283,7 @@ void add_sensitivities(StudyAnswer& answer) {
     const VariedValue* varied = nullptr;
     const VariedValue* before = nullptr;
     int changes = 0;
+    if (variant.values.size() != answer.variants.front().values.size()) continue;
     for (std::size_t i = 0; i < variant.values.size(); ++i) {
       if (variant.values[i].value == answer.variants.front().values[i].value) continue;
       varied = &variant.values[i];

@@ -108,9 +108,14 @@ StudyGrid grid_of_variants(const StudyAnswer& answer, std::size_t most) {
   return grid;
 }
 
+// Whether each variant has an answer of its own.
+bool is_sweep(const StudyResult& result, const StudyAnswer& answer) {
+  return result.references.size() > 1 && !answer.variants.empty();
+}
+
 StudyGrid answer_grid(const StudyResult& result, const StudyAnswer& answer, bool is_terminal,
                       bool repeats) {
-  return result.references.size() > 1
+  return is_sweep(result, answer)
              ? grid_of_variants(answer, is_terminal ? kMostLines : answer.variants.size())
              : grid_of_rules(answer, is_terminal ? kMostOfNote : 0, repeats);
 }
@@ -148,7 +153,7 @@ std::string answer_text(const StudyResult& result, const AnswerOptions& options)
     text = first_lines(grid.terminal(), kMostLines + 1);
     const std::size_t hidden =
         answer.variants.size() - std::min(answer.variants.size(), kMostLines);
-    if (result.references.size() > 1 && hidden > 0) {
+    if (is_sweep(result, answer) && hidden > 0) {
       text += fmt::format("… and {} more variants, with --all\n", hidden);
     }
     text += "\n";

@@ -308,12 +308,14 @@ void say_range(const StudyAnswer& answer, const std::string& name, const std::st
                const std::function<double(const VariantAnswer&)>& value, Sentences& sentences) {
   const VariantAnswer* low = nullptr;
   const VariantAnswer* high = nullptr;
+  std::size_t known = 0;
   for (const VariantAnswer& variant : answer.variants) {
     if (!std::isfinite(value(variant))) continue;
+    ++known;
     if (low == nullptr || value(variant) < value(*low)) low = &variant;
     if (high == nullptr || value(variant) > value(*high)) high = &variant;
   }
-  if (low == nullptr || low == high) return;
+  if (known < 2) return;
   const bool is_same = value(*high) - value(*low) <= 1e-3 * std::abs(value(*high));
   sentences.push_back(
       is_same
@@ -409,7 +411,7 @@ std::vector<std::string> answer_sentences(const StudyResult& result, const Study
     sentences.emplace_back(
         "The study was interrupted: this is the answer of the runs before that.");
   }
-  const bool is_sweep = result.references.size() > 1;
+  const bool is_sweep = result.references.size() > 1 && !answer.variants.empty();
   const Sentences said = is_sweep ? variants(result, answer) : cost(answer);
   const std::size_t most = is_sweep ? kMostNamed : 1;
   sentences.insert(sentences.end(), said.begin(),
