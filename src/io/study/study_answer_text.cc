@@ -47,7 +47,7 @@ void add_cells(StudyGrid& grid, const RuleAnswer* rule, double cost) {
   grid.number(has_run ? rule->run->step : none);
   grid.number(has_run ? rule->run->step / rule->run->stable_step : none, "{:.3g}");
   grid.number(has_run ? rule->error : none);
-  grid.number(cost, "{:.2g}");
+  grid.number(cost, "{:.3g}");
 }
 
 // A line for each rule and target. Targets with the same lines are named together.
@@ -72,8 +72,7 @@ StudyGrid grid_of_rules(const StudyAnswer& answer, std::size_t most_of_note, boo
       grid.text(repeats || &rule == &target.rules.front() ? name : " ");
       grid.text(rule.rule);
       add_cells(grid, &rule, rule.relative_cost);
-      grid.number(rule.run != nullptr ? rule.run->max_relative_energy_drift : std::nan(""),
-                  "{:.1e}");
+      grid.number(rule.run != nullptr ? rule.run->max_relative_energy_drift : std::nan(""));
       grid.text(verdict_text(rule, answer, most_of_note));
     }
   }
