@@ -16,9 +16,9 @@ class Study(BeamTest):
         rows = self.table("s", "study.csv")
         self.assertEqual(
             list(rows[0])[:10],
-            ["integrator", "step", "status", "steps", "wall_seconds",
+            ["integrator", "step", "status", "steps", "wall_seconds", "processor_seconds",
              "seconds_per_simulated_second", "iterations_per_step", "max_relative_energy_drift",
-             "linear_momentum_drift", "angular_momentum_drift"],
+             "linear_momentum_drift"],
         )  # fmt: skip
         self.assertEqual(len(rows), 15)
         by = {(r["integrator"], float(r["step"])): r for r in rows}
@@ -36,6 +36,43 @@ class Study(BeamTest):
                      "energy_drift_over_step", "momentum_drift_over_step"):  # fmt: skip
             for ending in ("png", "svg", "pdf"):
                 self.assertGreater(os.path.getsize(self.path("s", f"{name}.{ending}")), 5000)
+
+    def test_the_answer(self):
+        """A line for each rule and error in at most 40 lines; --all and --table print other tables."""
+        study = ("study beam.toml --steps 0.0025,0.005,0.05 --out s --reference-step 0.00125 "
+                 "--no-plots --quiet")  # fmt: skip
+        said = self.run_program(study.replace(" --quiet", "")).stdout
+        self.assertLessEqual(len(said.splitlines()), 40)
+        self.assertRegex(said, r"(?m)^error below +rule +step")
+        self.assertRegex(said, r"(?m)^10 %.* explicit ")
+        self.assertRegex(said, r"verlet .* met; unstable above 5e-3 s \(0\.\d+ h_crit\)")
+        self.assertIn("For a position error of ", said)
+        self.assertIn("whose own error is estimated at", said)
+        answer = self.read_json("s", "study.json")["answer"]
+        self.assertEqual([target["target"] for target in answer["targets"]], [0.1, 0.01, 0.001])
+        rows = {r["directory"]: r for r in self.read_json("s", "study.json")["runs"]}
+        for target in answer["targets"]:
+            costs = [rule["cost_seconds"] for rule in target["rules"] if rule["verdict"] == "met"]
+            for rule in target["rules"]:
+                row = rows[rule["directory"]]
+                self.assertEqual((rule["rule"], rule["step"], rule["error"]),
+                                 (row["integrator"], row["step"], row["position_error"]))  # fmt: skip
+                met = rule["error"] + answer["reference_error"] <= target["target"]
+                self.assertEqual(rule["verdict"] == "met", met)
+                if met:
+                    self.assertAlmostEqual(rule["relative_cost"], rule["cost_seconds"] / min(costs))
+        self.assertGreater(len(answer["orders"]), 3)
+        said = self.run_program(study.replace("--quiet", "--all")).stdout
+        self.assertEqual(len(re.findall(r"(?m)^(?:explicit|verlet|midpoint|backward-euler|energy-momentum) ", said)), 15)
+        latex = self.run_program(study + " --table latex").stdout
+        self.assertTrue(latex.startswith("\\begin{tabular}{"))
+        self.assertTrue(latex.endswith("\\end{tabular}\n"))
+        for line in latex.splitlines()[2:-2]:
+            if line != "\\hline":
+                self.assertEqual(len(re.findall(r"(?<!\\)&", line)), 7)
+        markdown = self.run_program(study + " --table markdown").stdout
+        self.assertEqual({len(re.findall(r"(?<!\\)\|", line)) for line in markdown.splitlines()}, {9})
+        self.refused(2, study + " --table html", says="there are markdown and latex")
 
     def test_matplotlib_does_not_speak(self):
         # Of a folder for its settings that it cannot make, matplotlib warns.
@@ -57,7 +94,7 @@ class Study(BeamTest):
     def test_errors_are_relative_to_the_displacement(self):
         """As anybody works them out from the results; the reference is told from the others."""
         result = self.run_program("study beam.toml --steps 0.005,0.02 --integrators "
-                                  "midpoint,backward-euler --out s --no-plots")  # fmt: skip
+                                  "midpoint,backward-euler --out s --no-plots --all")  # fmt: skip
 
         def displacement(directory):
             return read_grid(self.path("s", directory, "final.vtu"))[1]["displacement"]
@@ -83,7 +120,7 @@ class Study(BeamTest):
         def closing_line(integrators, *overrides):
             result = self.run_program(
                 "study", "beam.toml", "--integrators", integrators, "--steps", "1e-3", "--set",
-                "time.end=2e-3", "--no-plots", "--out", self.path("s"), *overrides,
+                "time.end=2e-3", "--no-plots", "--all", "--out", self.path("s"), *overrides,
             )  # fmt: skip
             line = re.search(r"Stability limit: (.*)\. Reference", result.stdout).group(1)
             limits = {r["integrator"]: float(r["stable_step"]) for r in self.table("s", "study.csv")}
@@ -107,7 +144,7 @@ class Study(BeamTest):
                              "penalty_versus_exact.toml")  # fmt: skip
         result = self.run_program(f"study {scene} --vary fix.0.mode=exact,penalty --integrators "
                                   "verlet --steps 5e-4 --reference-integrator verlet --out s "
-                                  "--set time.end=0.05 --no-plots")  # fmt: skip
+                                  "--set time.end=0.05 --no-plots --all")  # fmt: skip
         self.assert_parts(result.stdout, ("exact: h_crit", "penalty: h_crit"))
         rows = {row["variant"]: row for row in self.table("s", "study.csv")}
         self.assertEqual(rows["exact"]["status"], "ok")

@@ -5,6 +5,7 @@ import html
 import html.parser
 import json
 import os
+import re
 import shutil
 import signal
 import subprocess
@@ -25,7 +26,7 @@ class Page(html.parser.HTMLParser):
     def __init__(self, text):
         super().__init__(convert_charrefs=True)
         self.open, self.references, self.tables, self.images = [], [], {}, []
-        self.text, self.scripts, self.table = "", "", None
+        self.text, self.prose, self.scripts, self.table, self.drawings = "", "", "", None, 0
         self.feed(text)
         self.close()
         if self.open:
@@ -33,9 +34,13 @@ class Page(html.parser.HTMLParser):
 
     def handle_starttag(self, tag, attributes):
         attributes = dict(attributes)
-        for name in ("src", "href", "action", "data", "poster", "srcset"):
+        for name in ("src", "href", "xlink:href", "action", "data", "poster", "srcset"):
             if name in attributes:
                 self.references.append(attributes[name])
+        for name in attributes:
+            if name.startswith("on"):
+                raise AssertionError(f"a handler: {name}")
+        self.drawings += tag == "svg"
         if tag == "img":
             self.images.append(attributes)
         if tag == "table":
@@ -56,6 +61,8 @@ class Page(html.parser.HTMLParser):
             self.scripts += data
         elif "style" not in self.open:
             self.text += data
+            if not {"table", "svg", "title"} & set(self.open):
+                self.prose += data + " "
             if "td" in self.open or "th" in self.open:
                 self.table[-1][-1] += data
 
@@ -81,15 +88,24 @@ class Content(PageTest):
         self.assertRegex(page.text, r"\d+ logical core")
         self.assertRegex(page.text, r"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\dZ")
         self.assertIn("the cheapest run is", page.text)
-        self.assertIn("Verlet became unstable with h = 0.05 s", page.text)
-        # Nothing is loaded from elsewhere.
-        self.assertGreater(len(page.images), 4)
+        self.assertIn("Verlet became unstable above its stability limit, with h = 0.05 s", page.text)
+        # Nothing is loaded from elsewhere. The plots stand in the page itself, in their order.
+        self.assertGreater(page.drawings, 5)
+        self.assertEqual(page.images, [])
         for reference in page.references:
-            self.assertTrue(reference.startswith("data:image/svg+xml;base64,"), reference[:80])
+            self.assertTrue(reference.startswith(("#", "data:image/png;base64,")), reference[:80])
         self.assertNotIn("://", page.scripts)
+        places = [page.text.index(part) for part in
+                  ("Which rule and step", "Error over step", "Work and precision", "Energy error over time",
+                   "Findings", "All runs", "Time by phase", "How it was made")]  # fmt: skip
+        self.assertEqual(places, sorted(places))
+        self.assertLess(len(page.prose.split()), 900)
+        head, *body = page.tables["answer"]
+        self.assertEqual(head[:3], ["error below", "rule", "step [s]"])
+        self.assertEqual(len([cells for cells in body if cells[1] == "verlet"]), len(body) / 2)
         # The words are those of study.json, and the numbers those of study.csv.
         study = self.read_json("s", "study.json")
-        self.assertGreater(len(study["conclusions"]), 3)
+        self.assertGreater(len(study["conclusions"]), 2)
         for conclusion in study["conclusions"]:
             self.assertIn(conclusion["topic"], page.text)
             for sentence in conclusion["sentences"]:
@@ -100,7 +116,7 @@ class Content(PageTest):
         for row, cells in zip(rows, body):
             shown = dict(zip(head, cells))
             self.assertEqual(shown["integrator"], row["integrator"])
-            self.assertEqual(float(shown["h [s]"]), float(row["step"]))
+            self.assertEqual(float(shown["step [s]"]), float(row["step"]))
             self.assertEqual(shown["status"], row["status"])
             for key in ("version", "date", "processor", "cores", "threads", "command"):
                 self.assertNotEqual(row[key], "")
@@ -119,6 +135,7 @@ class Content(PageTest):
         page = self.page()
         self.assertIn("The plots were left out with --no-plots.", page.text)
         self.assertEqual(page.images, [])
+        self.assertEqual(page.drawings, 1)  # that of the answer
         self.assertEqual(len(page.tables["runs"]), 7)
 
     def test_without_matplotlib(self):
@@ -138,13 +155,18 @@ class Content(PageTest):
 
     def test_names_are_text(self):
         """What a scene names cannot become a part of the page."""
-        scene = self.write("a<b>&c.toml", BEAM)
+        name = "a<b>&c<script>alert(1)<img src=x onerror=alert(2)>{{script}}"
+        scene = self.write(name + ".toml", BEAM)
         self.run_program("study", scene, *self.GRID, "--no-plots", "--vary",
                          "material.density=900,1000")  # fmt: skip
         page = self.page()
-        self.assertIn("Step-size study: a<b>&c", page.text)
+        self.assertIn("Step-size study: " + name, page.text)
         self.assertIn("--vary material.density=900,1000", page.text)
         self.assertEqual(page.tables["runs"][0][0], "variant")
+        self.assertIn("onerror=alert(2)", page.text)
+        self.assertNotIn("alert(", page.scripts)
+        for tag in ("<script>alert", "<img src=x"):
+            self.assertNotIn(tag, self.read("s", "study.html"))
 
     def test_plots_of_a_clamped_and_of_a_free_body(self):
         """Momenta over time are drawn only where the scene conserves them."""
@@ -206,14 +228,27 @@ class Browser(PageTest):
             row => row.cells[heads.findIndex(head => head.startsWith(name))].dataset.value);
           const click = name => table.querySelectorAll("th button")[
             heads.findIndex(head => head.startsWith(name))].click();
-          seen.before = column("h [s]");
-          click("h [s]"); seen.up = column("h [s]");
-          click("h [s]"); seen.down = column("h [s]");
+          seen.before = column("step [s]");
+          click("step [s]"); seen.up = column("step [s]");
+          click("step [s]"); seen.down = column("step [s]");
           seen.sort = [...table.querySelectorAll("th")].map(th => th.getAttribute("aria-sort"));
           click("integrator"); seen.text = column("integrator");
-          click("position"); seen.empty = column("position");
-          click("position"); seen.emptyDown = column("position");
-          seen.images = [...document.images].map(image => image.complete && image.naturalWidth > 0);
+          click("pos.error"); seen.empty = column("pos.error");
+          click("pos.error"); seen.emptyDown = column("pos.error");
+          seen.drawings = [...document.querySelectorAll("figure svg")].map(svg => svg.getBoundingClientRect().width);
+          const shown = () => [...document.querySelectorAll("#runs tbody tr, .picture g")].filter(
+            part => getComputedStyle(part).display !== "none").map(part => part.dataset.rule);
+          seen.all = shown();
+          const box = [...document.querySelectorAll("#switches label")].find(l => l.textContent.includes("verlet"));
+          box.firstElementChild.click(); seen.without = shown();
+          box.firstElementChild.click(); seen.again = shown();
+          const search = document.querySelector("input[type=search]");
+          search.value = "midpoint 0.05"; search.dispatchEvent(new Event("input"));
+          seen.filtered = [...table.tBodies[0].rows].filter(row => !row.hidden).map(row => row.textContent);
+          const point = document.querySelector(".picture circle").getBoundingClientRect();
+          document.querySelector(".picture").dispatchEvent(new PointerEvent("pointermove",
+            {clientX: point.x + 5, clientY: point.y + 5}));
+          seen.value = document.getElementById("value").textContent;
           seen.loaded = performance.getEntriesByType("resource").map(entry => entry.name.slice(0, 40));
           const out = document.createElement("pre");
           out.id = "seen";
@@ -221,6 +256,11 @@ class Browser(PageTest):
           document.body.append(out);
         });
         </script>"""
+        # The page itself runs no second script.
+        dom, said = self.dump(self.write("refused.html", text.replace("</body>", probe + "</body>")))
+        self.assertNotIn('<pre id="seen">', dom)
+        self.assertIn("Content Security Policy", " ".join(said))
+        text = re.sub("script-src '[^']*'", "script-src 'unsafe-inline'", text)
         path = self.write("probed.html", text.replace("</body>", probe + "</body>"))
         dom, said = self.dump(path)
         self.assertEqual(said, [])
@@ -237,8 +277,13 @@ class Browser(PageTest):
             self.assertEqual(known, sorted(known, reverse=reverse))
             self.assertEqual(seen[key][len(known):], [""] * (len(seen[key]) - len(known)))
             self.assertLess(len(known), len(seen[key]))  # runs without an error come last
-        self.assertGreater(len(seen["images"]), 4)
-        self.assertTrue(all(seen["images"]))
+        self.assertGreater(len(seen["drawings"]), 4)
+        self.assertGreater(min(seen["drawings"]), 300)
+        self.assertIn("verlet", seen["all"])
+        self.assertEqual(seen["without"], [rule for rule in seen["all"] if rule != "verlet"])
+        self.assertEqual(seen["again"], seen["all"])
+        self.assertEqual(len(seen["filtered"]), 1)
+        self.assertRegex(seen["value"], r"^verlet, h = .* s .*: error ")
         self.assertEqual([name for name in seen["loaded"] if not name.startswith("data:")], [])
 
 

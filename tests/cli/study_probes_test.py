@@ -41,7 +41,7 @@ class Probes(StudyTest):
         by_position = self.rows()
         self.assertTrue(all(row["probe_error"] == "" for row in by_position))
         for name, columns in (("tip", ["tip_x", "tip_y", "tip_z"]), ("stress", ["stress"])):
-            result = self.run_program("study", scene, *self.GRID, "--no-plots", "--error",
+            result = self.run_program("study", scene, *self.GRID, "--no-plots", "--all", "--error",
                                       f"probe.{name}")  # fmt: skip
             self.assertIn("probe.err", result.stdout)
             rows = self.rows()

@@ -24,7 +24,7 @@ class StabilityLimit(StudyTest):
                                                     "all = true"))  # fmt: skip
         for rule in ("midpoint", "verlet"):
             told = self.run_program("study", held, "--steps", "0.05", "--integrators", rule,
-                                    "--no-plots", "--out", rule)  # fmt: skip
+                                    "--no-plots", "--all", "--out", rule)  # fmt: skip
             self.assertIn("Stability limit: none.", told.stdout)
             page = self.read(rule, "study.html")
             for text in (told.stdout, page):
@@ -42,7 +42,7 @@ class ExtrapolatedReference(StudyTest):
         return {(r["integrator"], r["step"]): r for r in result["runs"]}
 
     def test_the_estimated_error_is_about_the_real_one(self):
-        said = self.study(*self.GRID)
+        said = self.study(*self.GRID, "--all")
         self.assertIn("midpoint with steps of 0.004, 0.002, 0.001 s, which makes 175 steps together",
                       said.stderr)  # fmt: skip
         self.assertRegex(said.stdout, r"Reference: Richardson extrapolation of midpoint with h = "
@@ -92,7 +92,7 @@ class ExtrapolatedReference(StudyTest):
     def test_orders_that_do_not_fit_leave_the_finest_run(self):
         # The step 8e-3 s is above the stability limit of 7e-3 s, and the time too short to diverge.
         said = self.study("--integrators", "verlet", "--steps", "1e-3,4e-3", "--reference-integrator",
-                          "verlet", "--reference", "richardson", "--reference-step", "4e-3")  # fmt: skip
+                          "verlet", "--reference", "richardson", "--reference-step", "4e-3", "--all")  # fmt: skip
         self.assertIn("note: the reference is not extrapolated: the observed order over time is",
                       said.stderr)  # fmt: skip
         self.assertIn("while the theoretical order is 2. It is the run with a step of 0.002 s",

@@ -231,7 +231,7 @@ class Jobs(StudyTest):
 
     def test_wall_times_of_runs_that_share_cores_do_not_count(self):
         cores = len(os.sched_getaffinity(0))
-        said = self.study(*self.GRID, "--jobs", "3", "--threads", str(cores))
+        said = self.study(*self.GRID, "--jobs", "3", "--threads", str(cores), "--all")
         self.assertIn(f"3 runs at a time with {cores} thread", said.stderr)
         self.assertIn("wall times of runs that share them do not count", said.stderr)
         rows = self.rows()

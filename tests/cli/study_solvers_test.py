@@ -25,7 +25,7 @@ class Plots(StudyTest):
 class Solvers(StudyTest):
     def test_the_table_says_which_solver_a_row_used(self):
         result = self.study("--integrators", "verlet,midpoint,backward-euler", "--steps",
-                            "0.005,0.01", "--also-solver", "ceres@0.01")  # fmt: skip
+                            "0.005,0.01", "--also-solver", "ceres@0.01", "--all")  # fmt: skip
         rows = self.rows()
         self.assertEqual(
             [(r["integrator"], float(r["step"]), r["solver"]) for r in rows],

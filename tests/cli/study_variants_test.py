@@ -43,6 +43,7 @@ class Variants(StudyTest):
         for name in names:
             self.assertIn(f">{name}<", page)
         self.assertIn(names[0], self.topics(result)["Variants"])
+        self.assertIn("2 references", self.topics(result)["Variants"])
 
     def test_keys_that_end_in_the_same_word_stay_apart(self):
         self.study("--integrators", "verlet", "--steps", "5e-3", "--quiet", "--set",
@@ -53,7 +54,7 @@ class Variants(StudyTest):
     def test_each_mesh_has_a_reference_of_its_own(self):
         """Its rows are those of a study of this mesh alone."""
         cells = ("[8,2,2]", "[4,1,1]")
-        said = self.study(*self.GRID[:-1], "--vary", "mesh.generate.cells=" + ",".join(cells))
+        said = self.study(*self.GRID[:-1], "--all", "--vary", "mesh.generate.cells=" + ",".join(cells))
         self.assertIn("each of the 2 references: midpoint with steps", said.stderr)
         self.assertIn("([4,1,1]) h = ", said.stderr)
         self.assert_parts(said.stdout, ("[4,1,1]: h_crit", "; with a reference of its own"))
@@ -63,7 +64,7 @@ class Variants(StudyTest):
         self.assertEqual([m["position_difference"] for m in result["references"]], [None, None])
         self.assertIn("2 references", self.topics(result)["Variants"])
         self.assertIn("--error probe.NAME", self.topics(result)["Variants"])
-        self.assertIn("verlet ([4,1,1])", self.topics(result)["Limits of the comparison: [4,1,1]"])
+        self.assertEqual([v["name"] for v in result["answer"]["variants"]], list(cells))
         table = self.table("s", "study.csv")
         for number, size in enumerate(cells):
             rows = [r for r in result["runs"] if r["variant"] == size]
@@ -98,7 +99,8 @@ class Variants(StudyTest):
         found = [m["probe_difference"] for m in result["references"]]
         self.assertIsNone(found[0])
         self.assertAlmostEqual(found[1] / expected, 1.0, places=9)
-        self.assertIn("differs by up to", self.topics(result)["Variants"])
+        self.assertIn("The probe tip differs from that of linear by up to", self.topics(result)["Variants"])
+        self.assertEqual(result["answer"]["variants"][1]["difference"], found[1])
         # It is kept, or computed again, when the study goes on.
         self.run_program(*study, "--resume")
         self.assertEqual(self.result()["references"], result["references"])
@@ -158,8 +160,10 @@ class Variants(StudyTest):
         self.assertEqual(finals, [1000, 2000])
         self.assertGreater(second["position_difference"], 0.01)
         self.assertGreater(second["position_difference_rms"], 0.01)
-        self.assertIn("The positions of the reference of 2000 differ from those of 1000 by",
-                      self.topics(result)["Variants"])  # fmt: skip
+        self.assertIn("The motion differs from that of 1000 by up to", self.topics(result)["Variants"])
+        (sensitivity,) = result["answer"]["sensitivities"]
+        self.assertEqual(sensitivity["key"], "material.density")
+        self.assertAlmostEqual(sensitivity["value"], second["position_difference"] / math.log(2), places=9)
         rows = [r for r in result["runs"] if r["variant"] == "2000"]
         self.study(*self.GRID, "--set", "material.density=2000")
         alone = self.result()

@@ -201,6 +201,8 @@ struct StudyRow {
   std::string directory;      ///< of the run, relative to the study's
   Index steps = 0;            ///< steps taken
   double wall_seconds = 0.0;  ///< of the time steps alone
+  /// Processor time of all threads in the time steps. NaN if it was not measured.
+  double processor_seconds = std::numeric_limits<double>::quiet_NaN();
   /// Whether the run, together with those that were made at the same time, had more threads than the
   /// machine has cores. The wall times then say nothing about the run.
   bool shares_machine = false;

@@ -28,6 +28,7 @@
 #include "commands.h"
 #include "io/results/directory_lock.h"
 #include "io/results/result_folders.h"
+#include "io/study/study_answer.h"
 #include "io/study/study_page.h"
 #include "io/study/study_row_file.h"
 #include "io/text/output_file.h"
@@ -65,6 +66,8 @@ struct StudyArguments {
   bool json = false;
   bool no_plots = false;
   bool resume = false;
+  bool all = false;
+  std::string table;
 };
 
 // Draws the plots with matplotlib. Returns why there are none, or an empty text. The study is complete without them.
@@ -252,6 +255,8 @@ int study(const StudyArguments& arguments) {
   const Scene scene = settings.variants.empty() ? read_scene(arguments.scene, arguments.overrides)
                                                 : settings.variants.front().scene;
   const std::string directory = output_directory(scene, arguments.out, arguments.overrides);
+  const AnswerOptions answer{arguments.table.empty() ? AnswerFormat::kTerminal
+                                                     : answer_format_from_string(arguments.table)};
   require_local_engine(scene);
   check_folder_of_study(scene, directory);
   for (const StudyVariant& variant : settings.variants) require_local_engine(variant.scene);
@@ -391,8 +396,10 @@ int study(const StudyArguments& arguments) {
                                         : "The plots were not drawn: " + missing + ".");
   if (arguments.json) {
     write_json_result(study_json(result, name, provenance));
+  } else if (!arguments.table.empty()) {
+    write_result(answer_text(result, answer));
   } else if (!arguments.quiet) {
-    write_result(study_table(result));
+    write_result(arguments.all ? study_table(result) : answer_text(result, answer));
     print_result("\nresults: {0}/study.html, {0}/study.csv, {0}/study.json{1}\n{2}", directory,
                  plotted ? ", plots (*.png, *.svg, *.pdf)" : "",
                  advice_to_look(result, directory, frames));
@@ -481,6 +488,9 @@ void add_study_command(CLI::App& app, int& exit_code) {
       ->check(CLI::Range(1, 1024));
   command->add_flag("--resume", arguments->resume,
                     "Keep the runs that an earlier call of the same study has completed");
+  command->add_flag("--all", arguments->all, "Print the table of all runs instead of the answer");
+  command->add_option("--table", arguments->table,
+                      "markdown or latex: print nothing but the table of the answer for a paper");
   command->add_flag("--no-plots", arguments->no_plots, "Do not draw plots");
   command->add_flag("--quiet", arguments->quiet, "Only warnings and errors");
   command->add_flag("--json", arguments->json, "Print study.json to stdout");

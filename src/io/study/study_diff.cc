@@ -5,15 +5,16 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <initializer_list>
 #include <limits>
 #include <nlohmann/json.hpp>
-#include <optional>
+#include <string_view>
 #include <utility>
 
 #include "core/quoting.h"
 #include "io/text/foreign_json.h"
 #include "io/text/output_file.h"
+#include "study_fields.h"
+#include "study_grid.h"
 #include "study_row_json.h"
 #include "tetraction/core/error.h"
 #include "tetraction/simulation/study.h"
@@ -26,6 +27,7 @@ using SortedJson = nlohmann::json;
 using OrderedJson = nlohmann::ordered_json;
 
 constexpr double kNoChange = std::numeric_limits<double>::quiet_NaN();
+constexpr const char* kWall = "wall_seconds";
 constexpr double kSameStep = 1e-9;  // relative difference of equal steps
 
 std::string text_of(const SortedJson& json, const char* key) {
@@ -62,20 +64,13 @@ class Reader {
     if (!value.is_number()) fail(fmt::format("\"{}\" is not a number", key));
     return value.get<double>();
   }
-  double positive(const SortedJson& json, const char* key) const {
-    const double value = number(json, key);
-    if (!(value > 0.0)) fail(fmt::format("\"{}\" is not a positive number", key));
-    return value;
-  }
   // One of the words of which there are `words`.
-  std::string word(const SortedJson& json, const char* key,
-                   std::initializer_list<std::string> words) const {
-    std::string value = text(json, key);
+  void word(const SortedJson& json, const char* key, const std::vector<std::string>& words) const {
+    const std::string value = text(json, key);
     if (std::find(words.begin(), words.end(), value) == words.end()) {
       fail(fmt::format("\"{}\" is {}, which is none of {}", key, in_quotes(value),
                        fmt::join(words, ", ")));
     }
-    return value;
   }
 
  private:
@@ -89,25 +84,20 @@ StudyDiffRow row_of(const SortedJson& run, const Reader& read) {
   row.variant = read.text(run, "variant");
   row.integrator = read.text(run, "integrator");
   if (row.integrator.empty()) read.fail("\"integrator\" is empty");
-  row.step = read.positive(run, "step");
+  row.step = read.number(run, "step");
+  if (!(row.step > 0.0)) read.fail("\"step\" is not a positive number");
   row.solver = read.text(run, "solver");
-  row.status = read.word(run, "status",
-                         {to_string(RunStatus::kFinished), to_string(RunStatus::kUnstable),
-                          to_string(RunStatus::kNotConverged), to_string(RunStatus::kCancelled)});
-  row.wall_seconds = read.number(run, "wall_seconds");
+  for (const StudyField& field : study_fields()) {
+    const std::vector<std::string> words = field_words(field);
+    if (!words.empty()) read.word(run, field.name, words);
+  }
+  row.status = read.text(run, "status");
   // The differences of the reference from itself are no errors.
-  const bool is_reference =
-      read.word(run, "role",
-                {to_string(StudyRole::kRun), to_string(StudyRole::kReference),
-                 to_string(StudyRole::kVariant)}) == to_string(StudyRole::kReference);
-  const auto error = [&](const char* key) {
-    const double value = read.number(run, key);
-    return is_reference ? kNoChange : value;
-  };
-  row.position_error = error("position_error");
-  row.position_error_rms = error("position_error_rms");
-  row.probe_error = error("probe_error");
-  row.energy_drift = read.number(run, "max_relative_energy_drift");
+  const bool is_reference = read.text(run, "role") == to_string(StudyRole::kReference);
+  for (const StudyField* field : shown_fields(kInDiff)) {
+    const double value = read.number(run, field->name);
+    row.numbers[field->name] = is_reference && field->is_in(kIsError) ? kNoChange : value;
+  }
   // Older versions do not write these.
   row.processor = text_of(run, "processor");
   row.shares_machine = text_of(run, "timing") == "shared";
@@ -118,8 +108,10 @@ StudyDiffRow row_of(const SortedJson& run, const Reader& read) {
 
 std::string reference_text(const SortedJson& reference, bool has_probe, const Reader& read) {
   if (!reference.is_object()) read.fail("it is not a table");
-  std::string text = fmt::format("{} at {:.4g} s", read.text(reference, "integrator"),
-                                 read.positive(reference, "step"));
+  const std::string rule = read.text(reference, "integrator");
+  const double step = read.number(reference, "step");
+  if (!(step > 0.0)) read.fail("\"step\" is not a positive number");
+  std::string text = fmt::format("{} at {:.4g} s", rule, step);
   const auto is_true = [](const SortedJson& json, const char* key) {
     return json.contains(key) && json[key] == SortedJson(true);
   };
@@ -136,16 +128,27 @@ bool is_same_run(const StudyDiffRow& a, const StudyDiffRow& b) {
          std::abs(a.step - b.step) <= kSameStep * a.step;
 }
 
+// The members whose differences are shown: all but the wall time, of which it is the ratio.
+std::vector<const StudyField*> compared_fields(bool has_probe) {
+  std::vector<const StudyField*> fields = shown_fields(kInDiff);
+  std::erase_if(fields, [&](const StudyField* field) {
+    const std::string_view name = field->name;
+    return name == kWall || (!has_probe && name == "probe_error");
+  });
+  return fields;
+}
+
 // NaN if one of the two is not known.
-double change(double a, double b) {
-  return b - a;
+double change(const StudyDiffPair& pair, const StudyField& field) {
+  return pair.b.numbers.at(field.name) - pair.a.numbers.at(field.name);
 }
 
 // NaN if a run shared the cores with others.
-double wall_ratio(const StudyDiffRow& a, const StudyDiffRow& b) {
-  const bool counts = !a.shares_machine && !b.shares_machine;
-  return counts && a.wall_seconds > 0.0 && b.wall_seconds > 0.0 ? b.wall_seconds / a.wall_seconds
-                                                                : kNoChange;
+double wall_ratio(const StudyDiffPair& pair) {
+  const double a = pair.a.numbers.at(kWall);
+  const double b = pair.b.numbers.at(kWall);
+  const bool counts = !pair.a.shares_machine && !pair.b.shares_machine;
+  return counts && a > 0.0 && b > 0.0 ? b / a : kNoChange;
 }
 
 // Whether all these rows were made by one machine with one number of threads.
@@ -197,10 +200,6 @@ std::vector<std::string> notes_of(const StudyDiff& diff) {
   return notes;
 }
 
-std::string formatted(double value, const char* format) {
-  return std::isfinite(value) ? fmt::format(fmt::runtime(format), value) : "-";
-}
-
 std::string head_of(char letter, const StudyFile& study) {
   std::string text = fmt::format("{}: {}", letter, printable(study.path));
   if (!study.date.empty()) text += ", " + excerpt(study.date);
@@ -211,29 +210,26 @@ std::string head_of(char letter, const StudyFile& study) {
   return text + "\n";
 }
 
-std::string name_of(const StudyDiffRow& row) {
-  return fmt::format("{:<16}{:<8}{:>10.4g}", excerpt(row.integrator),
-                     row.solver.empty() ? "-" : excerpt(row.solver), row.step);
-}
-
 std::string rows_only_in(char letter, const std::vector<StudyDiffRow>& rows) {
   if (rows.empty()) return {};
   std::string text = fmt::format("\nonly in {}:\n", letter);
   for (const StudyDiffRow& row : rows) {
-    text += "  " + name_of(row) + (row.variant.empty() ? "" : "  " + excerpt(row.variant)) + "\n";
+    text += fmt::format("  {:<16}{:<8}{:>10.4g}{}\n", excerpt(row.integrator),
+                        row.solver.empty() ? "-" : excerpt(row.solver), row.step,
+                        row.variant.empty() ? "" : "  " + excerpt(row.variant));
   }
   return text;
 }
 
-// The largest magnitude of a change over the pairs, or NaN if there is none.
-template <class Getter>
-double largest_change(const StudyDiff& diff, const Getter& get) {
+// The largest magnitude of a change over the pairs, as a sentence. Empty if there is none.
+std::string largest_change(const StudyDiff& diff, const char* name, const char* shown) {
   double largest = kNoChange;
   for (const StudyDiffPair& pair : diff.pairs) {
-    const double value = std::abs(change(get(pair.a), get(pair.b)));
-    if (std::isfinite(value) && !(value <= largest)) largest = value;
+    largest = std::fmax(largest, std::abs(pair.b.numbers.at(name) - pair.a.numbers.at(name)));
   }
-  return largest;
+  return std::isfinite(largest)
+             ? fmt::format(" The largest change of {} is {:.2e}.", shown, largest)
+             : "";
 }
 
 OrderedJson json_key(const StudyDiffRow& row) {
@@ -244,12 +240,9 @@ OrderedJson json_key(const StudyDiffRow& row) {
 }
 
 OrderedJson json_values(const StudyDiffRow& row) {
-  return {{"status", row.status},
-          {"wall_seconds", json_number(row.wall_seconds)},
-          {"position_error", json_number(row.position_error)},
-          {"position_error_rms", json_number(row.position_error_rms)},
-          {"probe_error", json_number(row.probe_error)},
-          {"max_relative_energy_drift", json_number(row.energy_drift)}};
+  OrderedJson json{{"status", row.status}};
+  for (const auto& [name, value] : row.numbers) json[name] = json_number(value);
+  return json;
 }
 
 OrderedJson json_study(const StudyFile& study) {
@@ -336,53 +329,39 @@ StudyDiff diff_studies(StudyFile a, StudyFile b) {
 
 std::string study_diff_table(const StudyDiff& diff) {
   const bool has_probe = diff.a.error == diff.b.error && diff.a.error.rfind("probe.", 0) == 0;
-  std::string text = head_of('A', diff.a) + head_of('B', diff.b);
-  if (!diff.pairs.empty()) {
-    const char* columns = "{:>10}{:>10}{:>11}";
-    text += fmt::format("\n{:<16}{:<8}{:>10}{:>18}{:>10}{:>9}", "integrator", "solver", "step [s]",
-                        "status", "wall A[s]", "wall B/A");
-    const auto heads = [&](const char* a, const char* b) {
-      text += fmt::format(fmt::runtime(columns), a, b, "B - A");
-    };
-    heads("pos.err A", "pos.err B");
-    heads("pos.rms A", "pos.rms B");
-    if (has_probe) heads("probe A", "probe B");
-    heads("energy A", "energy B");
-    text += '\n';
+  const std::vector<const StudyField*> fields = compared_fields(has_probe);
+  StudyGrid grid;
+  for (const char* head : {"integrator", "solver"}) grid.column(head, true);
+  for (const char* head : {"step [s]", "status", "wall A[s]", "wall B/A"}) grid.column(head);
+  for (const StudyField* field : fields) {
+    for (const char* which : {" A", " B"}) grid.column(field->heading + std::string(which));
+    grid.column("B - A");
   }
   for (std::size_t i = 0; i < diff.pairs.size(); ++i) {
     const auto& [a, b] = diff.pairs[i];
     if (!a.variant.empty() && (i == 0 || diff.pairs[i - 1].a.variant != a.variant)) {
-      text += fmt::format("{}:\n", excerpt(a.variant));
+      grid.line(excerpt(a.variant) + ":");
     }
-    text += name_of(a);
-    text += fmt::format("{:>18}{:>10}{:>9}",
-                        a.status == b.status ? a.status : a.status + ", " + b.status,
-                        formatted(a.wall_seconds, "{:.3g}"), formatted(wall_ratio(a, b), "{:.3g}"));
-    const auto values = [&](double in_a, double in_b) {
-      text += fmt::format("{:>10}{:>10}{:>11}", formatted(in_a, "{:.2e}"),
-                          formatted(in_b, "{:.2e}"), formatted(change(in_a, in_b), "{:+.2e}"));
-    };
-    values(a.position_error, b.position_error);
-    values(a.position_error_rms, b.position_error_rms);
-    if (has_probe) values(a.probe_error, b.probe_error);
-    values(a.energy_drift, b.energy_drift);
-    text += '\n';
+    grid.row();
+    grid.text(a.integrator);
+    grid.text(a.solver);
+    grid.number(a.step, "{:.4g}");
+    grid.text(a.status == b.status ? a.status : a.status + ", " + b.status);
+    grid.number(a.numbers.at(kWall), "{:.3g}");
+    grid.number(wall_ratio(diff.pairs[i]), "{:.3g}");
+    for (const StudyField* field : fields) {
+      grid.number(a.numbers.at(field->name), "{:.2e}");
+      grid.number(b.numbers.at(field->name), "{:.2e}");
+      grid.number(change(diff.pairs[i], *field), "{:+.2e}");
+    }
   }
+  std::string text = head_of('A', diff.a) + head_of('B', diff.b);
+  if (!grid.is_empty()) text += '\n' + grid.terminal();
   text += rows_only_in('A', diff.only_in_a) + rows_only_in('B', diff.only_in_b);
   text += fmt::format("\n{} of {} runs of A and of {} runs of B match.", diff.pairs.size(),
                       diff.a.rows.size(), diff.b.rows.size());
-  const double position =
-      largest_change(diff, [](const StudyDiffRow& row) { return row.position_error; });
-  const double energy =
-      largest_change(diff, [](const StudyDiffRow& row) { return row.energy_drift; });
-  if (std::isfinite(position)) {
-    text += fmt::format(" The largest change of pos.err is {:.2e}.", position);
-  }
-  if (std::isfinite(energy)) {
-    text += fmt::format(" The largest change of the energy error is {:.2e}.", energy);
-  }
-  text += '\n';
+  text += largest_change(diff, "position_error", "pos.error") +
+          largest_change(diff, "max_relative_energy_drift", "the energy error") + '\n';
   for (const std::string& note : diff.notes) text += note + '\n';
   return text;
 }
@@ -393,16 +372,14 @@ std::string study_diff_json(const StudyDiff& diff) {
   json["b"] = json_study(diff.b);
   json["notes"] = diff.notes;
   json["runs"] = OrderedJson::array();
-  for (const auto& [a, b] : diff.pairs) {
-    OrderedJson entry = json_key(a);
-    entry["a"] = json_values(a);
-    entry["b"] = json_values(b);
-    entry["wall_ratio"] = json_number(wall_ratio(a, b));
-    entry["position_error_change"] = json_number(change(a.position_error, b.position_error));
-    entry["position_error_rms_change"] =
-        json_number(change(a.position_error_rms, b.position_error_rms));
-    entry["probe_error_change"] = json_number(change(a.probe_error, b.probe_error));
-    entry["max_relative_energy_drift_change"] = json_number(change(a.energy_drift, b.energy_drift));
+  for (const StudyDiffPair& pair : diff.pairs) {
+    OrderedJson entry = json_key(pair.a);
+    entry["a"] = json_values(pair.a);
+    entry["b"] = json_values(pair.b);
+    entry["wall_ratio"] = json_number(wall_ratio(pair));
+    for (const StudyField* field : compared_fields(true)) {
+      entry[std::string(field->name) + "_change"] = json_number(change(pair, *field));
+    }
     json["runs"].push_back(std::move(entry));
   }
   for (const auto& [key, rows] :

@@ -1,23 +1,20 @@
 // The differences between the results of two studies.
 #pragma once
 
+#include <map>
 #include <string>
 #include <vector>
 
 namespace tetraction {
 
-/// A row of study.json. Numbers that are not known are NaN.
+/// A row of study.json.
 struct StudyDiffRow {
   std::string variant;
   std::string integrator;
   double step = 0.0;  ///< s
   std::string solver;
   std::string status;
-  double wall_seconds = 0.0;
-  double position_error = 0.0;
-  double position_error_rms = 0.0;
-  double probe_error = 0.0;
-  double energy_drift = 0.0;  ///< max_relative_energy_drift
+  std::map<std::string, double> numbers;  ///< the members kInDiff; NaN if they are not known
   std::string processor;
   int threads = 0;
   bool shares_machine = false;  ///< its wall time does not count

@@ -13,7 +13,8 @@ inline constexpr const char* kStudyPage = "study.html";
 
 /// The wall times of a run by phase, s.
 struct RunPhases {
-  std::string label;  ///< integrator and what tells the run from others
+  std::string rule;  ///< rule_name()
+  std::string label;
   double step = 0.0;  ///< s
   double mesh = 0.0;
   double setup = 0.0;
@@ -24,7 +25,7 @@ struct RunPhases {
   double total() const { return mesh + setup + stability + stepping + output; }
 };
 
-/// A picture for the page.
+/// A plot for the page.
 struct StudyPicture {
   std::string heading;
   std::string caption;
@@ -40,8 +41,12 @@ struct StudyPageContents {
   std::vector<RunPhases> phases;
 };
 
-/// The text of the page.
+/// The text of the page: the template study_page.html with its parts filled in.
 std::string study_page(const StudyResult& result, const StudyPageContents& contents);
+
+/// The errors of the first variant over their costs, or over the step if costs are not known, as SVG. Empty without
+/// errors.
+std::string study_picture(const StudyResult& result);
 
 /// Reads the plots (unless `why_no_pictures` says that there are none) and the summaries of the runs
 /// in the directory of a study, and writes the page there. Throws OutputError.

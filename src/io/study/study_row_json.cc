@@ -3,33 +3,33 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <string>
+#include <utility>
 
-#include "io/text/foreign_json.h"
+#include "study_fields.h"
 #include "tetraction/core/error.h"
 
 namespace tetraction {
 namespace {
 
-double number_of(const nlohmann::json& json, const char* key, double absent) {
-  return json.at(key).is_null() ? absent : json.at(key).get<double>();
-}
-
-// A whole number that is not negative. Throws InputError for anything else.
-template <class Integer>
-Integer count_of(const nlohmann::json& json, const char* key) {
-  const Index value = index_or(json.at(key), -1);
-  if (value < 0 || value > Index{std::numeric_limits<Integer>::max()}) throw InputError(key);
-  return static_cast<Integer>(value);
-}
+using Extrapolation = ReferenceExtrapolation;
 
 template <class Value, std::size_t N>
-Value named(const std::string& name, const std::array<Value, N>& values) {
-  for (const Value value : values) {
-    if (to_string(value) == name) return value;
-  }
-  throw InputError(name);
-}
+using Members = std::array<std::pair<const char*, Value Extrapolation::*>, N>;
+
+constexpr Members<bool, 4> kFlags{{{"valid", &Extrapolation::is_valid},
+                                   {"exact", &Extrapolation::is_exact},
+                                   {"probe_valid", &Extrapolation::probe_is_valid},
+                                   {"probe_exact", &Extrapolation::probe_is_exact}}};
+constexpr Members<std::string, 2> kReasons{
+    {{"reason", &Extrapolation::reason}, {"probe_reason", &Extrapolation::probe_reason}}};
+constexpr Members<double, 7> kNumbers{
+    {{"order_at_end", &Extrapolation::order_at_end},
+     {"order_over_time", &Extrapolation::order_over_time},
+     {"order_of_probe", &Extrapolation::order_of_probe},
+     {"estimated_error_at_end", &Extrapolation::error_at_end},
+     {"estimated_error_over_time", &Extrapolation::error_over_time},
+     {"estimated_error_of_probe", &Extrapolation::error_of_probe},
+     {"finest_error_at_end", &Extrapolation::finest_error_at_end}}};
 
 }  // namespace
 
@@ -40,118 +40,50 @@ nlohmann::ordered_json json_number(double value) {
 }
 
 nlohmann::ordered_json study_row_json(const StudyRow& row) {
-  return {{"integrator", to_string(row.integrator)},
-          {"step", row.step},
-          {"solver", row.solver},
-          {"compares_solver", row.compares_solver},
-          {"variant", row.variant},
-          {"role", to_string(row.role)},
-          {"stable_step", json_number(row.stable_step)},
-          {"step_over_stable_step", json_number(row.step / row.stable_step)},
-          {"status", to_string(row.status)},
-          {"message", row.message},
-          {"directory", row.directory},
-          {"steps", row.steps},
-          {"wall_seconds", row.wall_seconds},
-          {"seconds_per_simulated_second", json_number(row.seconds_per_simulated_second)},
-          {"iterations_per_step", row.iterations_per_step},
-          {"max_relative_energy_drift", json_number(row.max_relative_energy_drift)},
-          {"linear_momentum_drift", json_number(row.linear_momentum_drift)},
-          {"angular_momentum_drift", json_number(row.angular_momentum_drift)},
-          {"angular_momentum_drift_allowed", json_number(row.angular_momentum_drift_allowed)},
-          {"position_error", json_number(row.position_error)},
-          {"position_error_rms", json_number(row.position_error_rms)},
-          {"observed_order", json_number(row.observed_order)},
-          {"probe_error", json_number(row.probe_error)},
-          {"date", row.date},
-          {"processor", row.processor},
-          {"cores", row.cores},
-          {"threads", row.threads},
-          {"timing", row.shares_machine ? "shared" : "alone"}};
+  nlohmann::ordered_json json;
+  for (const StudyField& field : study_fields()) {
+    if (field.is_in(kInJson)) json[field.name] = field_value(field, row);
+  }
+  return json;
 }
 
 std::optional<StudyRow> study_row_from_json(const nlohmann::json& json) {
-  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-  const auto get = [&](const char* key) { return number_of(json, key, kNone); };
   StudyRow row;
+  row.observed_order = std::numeric_limits<double>::quiet_NaN();  // depends on the other runs
   try {
-    row.integrator = integrator_from_string(json.at("integrator").get<std::string>());
-    row.step = json.at("step").get<double>();
-    row.solver = json.at("solver").get<std::string>();
-    row.compares_solver = json.at("compares_solver").get<bool>();
-    row.variant = json.at("variant").get<std::string>();
-    row.role = named(json.at("role").get<std::string>(),
-                     std::array{StudyRole::kRun, StudyRole::kReference, StudyRole::kVariant});
-    row.stable_step = number_of(json, "stable_step", std::numeric_limits<double>::infinity());
-    row.status =
-        named(json.at("status").get<std::string>(),
-              std::array{RunStatus::kFinished, RunStatus::kUnstable, RunStatus::kNotConverged});
-    row.message = json.at("message").get<std::string>();
-    row.directory = json.at("directory").get<std::string>();
-    row.steps = count_of<Index>(json, "steps");
-    row.wall_seconds = get("wall_seconds");
-    row.seconds_per_simulated_second = get("seconds_per_simulated_second");
-    row.iterations_per_step = get("iterations_per_step");
-    row.max_relative_energy_drift = get("max_relative_energy_drift");
-    row.linear_momentum_drift = get("linear_momentum_drift");
-    row.angular_momentum_drift = get("angular_momentum_drift");
-    row.angular_momentum_drift_allowed = get("angular_momentum_drift_allowed");
-    row.position_error = get("position_error");
-    row.position_error_rms = get("position_error_rms");
-    row.probe_error = get("probe_error");
-    row.date = json.at("date").get<std::string>();
-    row.processor = json.at("processor").get<std::string>();
-    row.cores = count_of<int>(json, "cores");
-    row.threads = count_of<int>(json, "threads");
-    const auto timing = json.at("timing").get<std::string>();
-    if (timing != "alone" && timing != "shared") return {};
-    row.shares_machine = timing == "shared";
+    for (const StudyField& field : study_fields()) {
+      if (field.is_in(kInJson) && !field.is_in(kDerived)) {
+        read_field(field, json.at(field.name), row);
+      }
+    }
   } catch (const nlohmann::json::exception&) {
     return {};
   } catch (const InputError&) {  // an unknown word, or a number that is none
     return {};
   }
-  row.observed_order = kNone;  // depends on the other runs
+  if (row.status == RunStatus::kCancelled) return {};
   return row;
 }
 
 nlohmann::ordered_json extrapolation_json(const ReferenceExtrapolation& extrapolation) {
-  return {{"step", extrapolation.step},
-          {"valid", extrapolation.is_valid},
-          {"reason", extrapolation.reason},
-          {"exact", extrapolation.is_exact},
-          {"probe_valid", extrapolation.probe_is_valid},
-          {"probe_reason", extrapolation.probe_reason},
-          {"probe_exact", extrapolation.probe_is_exact},
-          {"order_at_end", json_number(extrapolation.order_at_end)},
-          {"order_over_time", json_number(extrapolation.order_over_time)},
-          {"order_of_probe", json_number(extrapolation.order_of_probe)},
-          {"estimated_error_at_end", json_number(extrapolation.error_at_end)},
-          {"estimated_error_over_time", json_number(extrapolation.error_over_time)},
-          {"estimated_error_of_probe", json_number(extrapolation.error_of_probe)},
-          {"finest_error_at_end", json_number(extrapolation.finest_error_at_end)}};
+  nlohmann::ordered_json json{{"step", extrapolation.step}};
+  for (const auto& [key, member] : kFlags) json[key] = extrapolation.*member;
+  for (const auto& [key, member] : kReasons) json[key] = extrapolation.*member;
+  for (const auto& [key, member] : kNumbers) json[key] = json_number(extrapolation.*member);
+  return json;
 }
 
 std::optional<ReferenceExtrapolation> extrapolation_from_json(const nlohmann::json& json) {
-  const auto get = [&](const char* key) {
-    return number_of(json, key, std::numeric_limits<double>::quiet_NaN());
-  };
   ReferenceExtrapolation found;
   try {
     found.step = json.at("step").get<double>();
-    found.is_valid = json.at("valid").get<bool>();
-    found.reason = json.at("reason").get<std::string>();
-    found.is_exact = json.at("exact").get<bool>();
-    found.probe_is_valid = json.at("probe_valid").get<bool>();
-    found.probe_reason = json.at("probe_reason").get<std::string>();
-    found.probe_is_exact = json.at("probe_exact").get<bool>();
-    found.order_at_end = get("order_at_end");
-    found.order_over_time = get("order_over_time");
-    found.order_of_probe = get("order_of_probe");
-    found.error_at_end = get("estimated_error_at_end");
-    found.error_over_time = get("estimated_error_over_time");
-    found.error_of_probe = get("estimated_error_of_probe");
-    found.finest_error_at_end = get("finest_error_at_end");
+    for (const auto& [key, member] : kFlags) found.*member = json.at(key).get<bool>();
+    for (const auto& [key, member] : kReasons) found.*member = json.at(key).get<std::string>();
+    for (const auto& [key, member] : kNumbers) {
+      const nlohmann::json& value = json.at(key);
+      found.*member =
+          value.is_null() ? std::numeric_limits<double>::quiet_NaN() : value.get<double>();
+    }
   } catch (const nlohmann::json::exception&) {
     return {};
   }

@@ -11,17 +11,16 @@
 #include <vector>
 
 #include "core/quoting.h"
-#include "study_conclusions.h"
+#include "study_answer.h"
+#include "study_fields.h"
+#include "study_grid.h"
+#include "study_names.h"
 #include "study_row_json.h"
 #include "tetraction/core/version.h"
 #include "tetraction/io/text_file.h"
 
 namespace tetraction {
 namespace {
-
-std::string csv_number(double value) {
-  return std::isfinite(value) ? fmt::format("{:.10g}", value) : "";
-}
 
 // A cell of a CSV table as in RFC 4180. Arguments and names of files need not be UTF-8, which the table is.
 std::string csv_text(const std::string& any_text) {
@@ -32,8 +31,10 @@ std::string csv_text(const std::string& any_text) {
   return quoted + '"';
 }
 
-std::string cell(double value, const char* format = "{:.2e}") {
-  return std::isfinite(value) ? fmt::format(fmt::runtime(format), value) : "-";
+std::string csv_cell(const nlohmann::ordered_json& value) {
+  if (value.is_null()) return {};
+  if (value.is_string()) return csv_text(value.get<std::string>());
+  return value.is_number_float() ? fmt::format("{:.10g}", value.get<double>()) : value.dump();
 }
 
 // The stability limits of the explicit rules that have a row of the variant, "h_crit = 1e-3 s
@@ -97,7 +98,7 @@ nlohmann::ordered_json references_json(const StudyResult& result) {
   return json;
 }
 
-// "Reference: midpoint with h = 1e-3 s (ok), whose own error is estimated at 2e-5."
+// "midpoint with h = 1e-3 s (ok), whose own error is estimated at 2e-5."
 std::string reference_text(const StudyResult& result) {
   return fmt::format("{} ({}){}.\n", reference_name(result), to_string(result.reference_status),
                      std::isfinite(result.reference_error)
@@ -106,7 +107,7 @@ std::string reference_text(const StudyResult& result) {
                          : "");
 }
 
-// What the errors of a variant other than the first one are. `places`: references_of_variants().
+// The errors of a variant other than the first one. `places`: references_of_variants().
 std::string errors_of_variant(const StudyResult& result, const StudyRow& row,
                               const std::map<std::string, std::size_t>& places) {
   const auto own = places.find(row.variant);
@@ -118,37 +119,57 @@ std::string errors_of_variant(const StudyResult& result, const StudyRow& row,
   return row.variant == result.rows.front().variant ? "" : "; with a reference of its own";
 }
 
+StudyGrid grid_of_runs(const StudyResult& result) {
+  const std::map<std::string, std::size_t> places = references_of_variants(result);
+  std::vector<const StudyField*> fields = shown_fields(kInTable);
+  std::erase_if(fields, [&](const StudyField* field) {
+    return result.error_probe.empty() && std::string_view(field->name) == "probe_error";
+  });
+  StudyGrid grid;
+  for (const StudyField* field : fields) grid.column(field->heading, !field->is_number());
+  for (std::size_t i = 0; i < result.rows.size(); ++i) {
+    const StudyRow& row = result.rows[i];
+    const bool is_other_variant = i == 0 || result.rows[i - 1].variant != row.variant;
+    if (i > 0 && (is_other_variant || result.rows[i - 1].integrator != row.integrator)) {
+      grid.line("");
+    }
+    if (is_other_variant && !row.variant.empty()) {
+      grid.line(fmt::format("{}: {}{}", row.variant, limits_text(result, row.variant),
+                            errors_of_variant(result, row, places)));
+    }
+    grid.row();
+    for (const StudyField* field : fields) add_field(grid, *field, row);
+  }
+  return grid;
+}
+
 }  // namespace
 
 std::string study_csv(const StudyResult& result, const StudyProvenance& provenance) {
   const std::map<std::string, std::size_t> places = references_of_variants(result);
   const std::vector<StudyResult> parts = parts_of_study(result);
-  std::string text =
-      "integrator,step,status,steps,wall_seconds,seconds_per_simulated_second,"
-      "iterations_per_step,max_relative_energy_drift,linear_momentum_drift,"
-      "angular_momentum_drift,angular_momentum_drift_allowed,position_error,position_error_rms,"
-      "observed_order,stable_step,variant,role,solver,probe_error,date,processor,cores,threads,"
-      "version,command,reference,reference_error,timing\n";
+  std::string text;
+  for (const StudyField& field : study_fields()) {
+    if (field.is_in(kInCsv)) text += (text.empty() ? "" : ",") + std::string(field.name);
+  }
   for (const StudyRow& row : result.rows) {
     const auto own = places.find(row.variant);
     const StudyResult& part = own != places.end() ? parts[own->second] : result;
-    text += fmt::format("{},{},{},{}", to_string(row.integrator), row.step, to_string(row.status),
-                        row.steps);
-    for (const double value :
-         {row.wall_seconds, row.seconds_per_simulated_second, row.iterations_per_step,
-          row.max_relative_energy_drift, row.linear_momentum_drift, row.angular_momentum_drift,
-          row.angular_momentum_drift_allowed, row.position_error, row.position_error_rms,
-          row.observed_order}) {
-      text += ',' + csv_number(value);
+    const std::map<std::string, nlohmann::ordered_json> of_study{
+        {"version", version()},
+        {"command", provenance.command},
+        {"reference", reference_name(part)},
+        {"reference_error", json_number(part.reference_error)}};
+    text += '\n' + to_string(row.integrator);
+    for (const StudyField& field : study_fields().subspan(1)) {
+      if (!field.is_in(kInCsv)) continue;
+      const auto found = of_study.find(field.name);
+      text += ',' + (field.is_step() ? fmt::format("{}", row.step)
+                                     : csv_cell(found != of_study.end() ? found->second
+                                                                        : field_value(field, row)));
     }
-    text += fmt::format(",{},{},{},{},{}", csv_number(row.stable_step), csv_text(row.variant),
-                        to_string(row.role), csv_text(row.solver), csv_number(row.probe_error));
-    text += fmt::format(",{},{},{},{},{},{},{},{},{}\n", csv_text(row.date),
-                        csv_text(row.processor), row.cores, row.threads, version(),
-                        csv_text(provenance.command), csv_text(reference_name(part)),
-                        csv_number(part.reference_error), row.shares_machine ? "shared" : "alone");
   }
-  return text;
+  return text + '\n';
 }
 
 std::string study_json(const StudyResult& result, const std::string& scene_name,
@@ -181,9 +202,8 @@ std::string study_json(const StudyResult& result, const std::string& scene_name,
                               {"columns", probe.columns}});
   }
   json["runs"] = nlohmann::ordered_json::array();
-  for (const StudyRow& row : result.rows) {
-    json["runs"].push_back(study_row_json(row));
-  }
+  for (const StudyRow& row : result.rows) json["runs"].push_back(study_row_json(row));
+  json["answer"] = answer_json(study_answer(result));
   json["conclusions"] = nlohmann::ordered_json::array();
   for (const StudyConclusion& conclusion : study_conclusions(result)) {
     json["conclusions"].push_back(
@@ -194,37 +214,6 @@ std::string study_json(const StudyResult& result, const std::string& scene_name,
 }
 
 std::string study_table(const StudyResult& result) {
-  const bool has_probe = !result.error_probe.empty();
-  const std::map<std::string, std::size_t> places = references_of_variants(result);
-  const auto probe_cell = [&](const std::string& what) {
-    return has_probe ? fmt::format("{:>10}", what) : std::string();
-  };
-  std::string text = fmt::format(
-      "{:<16}{:<8}{:>9}{:>9}{:>10}{:>7}{:>10}{:>9}{:>9}{:>10}{:>10}{:>10}{:>10}{}{:>7}\n",
-      "integrator", "solver", "step [s]", "h/h_crit", "status", "steps", "wall [s]", "iter/st",
-      "energy", "lin.mom.", "ang.mom.", "pos.error", "pos.rms", probe_cell("probe.err"), "order");
-  for (std::size_t i = 0; i < result.rows.size(); ++i) {
-    const StudyRow& row = result.rows[i];
-    const bool is_reference = row.role == StudyRole::kReference;
-    const bool other_variant = i == 0 || result.rows[i - 1].variant != row.variant;
-    if (i > 0 && (other_variant || result.rows[i - 1].integrator != row.integrator)) text += '\n';
-    if (other_variant && !row.variant.empty()) {
-      text += fmt::format("{}: {}{}\n", row.variant, limits_text(result, row.variant),
-                          errors_of_variant(result, row, places));
-    }
-    text += fmt::format(
-        "{:<16}{:<8}{:>9.4g}{:>9.3g}{:>10}{:>7}{:>10}{:>9}{:>9}{:>10}{:>10}{:>10}{:>10}{}{:>7}"
-        "\n",
-        to_string(row.integrator), row.solver.empty() ? "-" : row.solver, row.step,
-        row.step / row.stable_step, to_string(row.status), row.steps,
-        fmt::format("{:.3g}{}", row.wall_seconds, row.shares_machine ? "*" : ""),
-        is_implicit(row.integrator) ? cell(row.iterations_per_step, "{:.2f}") : "-",
-        cell(row.max_relative_energy_drift, "{:.1e}"), cell(row.linear_momentum_drift, "{:.1e}"),
-        cell(row.angular_momentum_drift, "{:.1e}"),
-        is_reference ? "reference" : cell(row.position_error),
-        is_reference ? "-" : cell(row.position_error_rms),
-        probe_cell(is_reference ? "-" : cell(row.probe_error)), cell(row.observed_order, "{:.2f}"));
-  }
   std::string references = "Reference: " + reference_text(result);
   if (!result.references.empty()) {
     references = fmt::format("There are {} references.\n", result.references.size());
@@ -234,6 +223,7 @@ std::string study_table(const StudyResult& result) {
                                 reference_text(parts[i]));
     }
   }
+  std::string text = grid_of_runs(result).terminal();
   text += fmt::format(
       "\nStability limit: {}. {}"
       "energy: the largest energy error, divided by the energy that entered.\n"
@@ -248,7 +238,7 @@ std::string study_table(const StudyResult& result) {
         "wall [s] with *: the run shared the cores of the machine with others, or had more threads "
         "than cores, so that its time does not count. --jobs 1 with fewer --threads measures it.\n";
   }
-  if (has_probe) {
+  if (!result.error_probe.empty()) {
     text += fmt::format(
         "probe.err: the largest |s - s_ref| of the probe {} over time, divided by the largest "
         "|s_ref|; the order is that of this error.\n",

@@ -1,4 +1,4 @@
-// What follows from the numbers of a step-size study, in words.
+// Numbers and runs of a study in words, and the parts of a study that have references of their own.
 #pragma once
 
 #include <map>
@@ -9,25 +9,24 @@
 
 namespace tetraction {
 
-/// Sentences on one topic.
-struct StudyConclusion {
-  std::string topic;
-  std::vector<std::string> sentences;
-};
-
-/// The conclusions of a study, in plain text. A topic about which the numbers say nothing is left
-/// out. With several references each has its own conclusions, on the first variant that is compared with
-/// it.
-std::vector<StudyConclusion> study_conclusions(const StudyResult& result);
-
 /// "a", "a and b", "a, b and c".
 std::string enumeration(const std::vector<std::string>& words);
 
 /// A number with up to three digits in the shortest form: 7.2e-5, 0.018, 12.
 std::string short_number(double value);
 
-/// The name of a run's integrator with what tells it from others: "midpoint (ceres)".
+/// The text with a capital at the beginning.
+std::string capitalised(std::string text);
+
+/// The integrator of a run and the solver if that is compared: "midpoint (ceres)". Runs with the same name
+/// differ in the step and the variant only.
+std::string rule_name(const StudyRow& row);
+
+/// rule_name() with the variant.
 std::string run_label(const StudyRow& row);
+
+/// " (0.9 h_crit)", or nothing without a stability limit.
+std::string in_limits(const StudyRow& row);
 
 /// The reference of the study: "midpoint with h = 1e-4 s", or "Richardson extrapolation of midpoint
 /// with h = 1e-4 s and 5e-5 s".
@@ -42,8 +41,7 @@ std::vector<StudyResult> parts_of_study(const StudyResult& result);
 /// Whether the error that the orders are computed from is a difference from an extrapolation.
 bool is_extrapolated(const StudyResult& result);
 
-/// What the steps of the explicit integrators are compared with: whether this step is longer than
-/// the stability limit of the run's row.
+/// Whether the step is longer than the stability limit of the run's row.
 bool is_above_stability_limit(const StudyRow& row);
 
 /// The largest relative energy error that rounding explains: each step adds at most about one

@@ -1,0 +1,119 @@
+// The answer of a step-size study: which rule and step meet an error at the least cost, and how sure this is.
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "tetraction/simulation/study.h"
+
+namespace tetraction {
+
+enum class StudyVerdict {
+  kMet,          ///< the error and that of the reference together are at most the target
+  kNotResolved,  ///< the error is, but not with that of the reference
+  kNotMet,       ///< the smallest error of the rule is above the target
+  kFailed        ///< no run of the rule reached the end with an error
+};
+/// "met", "not resolved", "not met", "failed".
+std::string to_string(StudyVerdict verdict);
+
+/// What a rule reaches for a target. Rows are those of the StudyResult, which must live as long.
+struct RuleAnswer {
+  std::string rule;
+  StudyVerdict verdict = StudyVerdict::kFailed;
+  const StudyRow* run =
+      nullptr;  ///< the cheapest that meets the target, or that with the smallest error
+  double error = 0.0;
+  double cost = 0.0;           ///< s; NaN if it is not known
+  double relative_cost = 0.0;  ///< to the cheapest of all rules; NaN unless the target is met
+  std::string note;            ///< where the rule is unstable, or when and why it failed
+};
+
+struct TargetAnswer {
+  double target = 0.0;
+  std::vector<RuleAnswer> rules;
+  const RuleAnswer* best() const;  ///< null if no rule meets the target at a known cost
+};
+
+/// An order that can be seen between two neighbouring steps.
+struct OrderSeen {
+  const StudyRow* finer;
+  const StudyRow* coarser;
+};
+
+/// A variant of the scene beside the first one.
+struct VariantAnswer {
+  std::string name;
+  std::vector<VariedValue> values;
+  double stable_step = 0.0;  ///< of its first row, s
+  double difference = 0.0;   ///< of its motion from that of the first one; NaN if it is not known
+  double reference_error = 0.0;  ///< of its reference
+  double least_cost_ratio =
+      0.0;  ///< to that of the first one with equal rules and steps; NaN if unknown
+  double most_cost_ratio = 0.0;
+  TargetAnswer
+      answer;  ///< for the strictest target of which the first variant has a cheapest run, or for 1 %
+};
+
+/// A relative change of the motion per relative change of a varied number, from the first variant.
+struct Sensitivity {
+  std::string key;
+  std::string variant;  ///< with the smallest change of the number
+  double value = 0.0;
+};
+
+struct StudyAnswer {
+  std::string error;                  ///< "position error", "error of the probe tip"
+  std::vector<TargetAnswer> targets;  ///< 10, 1 and 0.1 %, of the first variant
+  std::vector<OrderSeen> orders;
+  double reference_error = 0.0;  ///< NaN if it is not known
+  /// A rule whose two finest runs agree better with each other than with the reference. Empty if there is none.
+  std::string rule_beside_reference;
+  std::size_t compared = 0;      ///< runs of the first variant with an error
+  std::size_t large_errors = 0;  ///< those with an error above 30 %
+  bool is_monotone = true;       ///< whether errors grow with the step
+  bool compares_phase = false;   ///< whether these errors say little but a difference of phase
+  bool has_comparable_costs =
+      false;               ///< whether all runs were made by one machine with equal threads
+  std::size_t shared = 0;  ///< compared runs whose wall time does not count
+  bool uses_processor_time = false;     ///< costs are processor times, because the machine was busy
+  std::vector<VariantAnswer> variants;  ///< empty without variants
+  std::vector<Sensitivity> sensitivities;
+};
+
+/// The facts of a study.
+StudyAnswer study_answer(const StudyResult& result);
+
+/// Sentences on one topic.
+struct StudyConclusion {
+  std::string topic;
+  std::vector<std::string> sentences;
+};
+
+/// The facts in plain sentences. A topic about which the numbers say nothing is left out.
+std::vector<StudyConclusion> study_conclusions(const StudyResult& result);
+
+enum class AnswerFormat { kTerminal, kMarkdown, kLatex };
+/// "markdown", "latex". Throws InputError for another word.
+AnswerFormat answer_format_from_string(const std::string& name);
+
+struct AnswerOptions {
+  AnswerFormat format = AnswerFormat::kTerminal;
+};
+
+/// The table of the answer and two or three sentences, at most 40 lines on a terminal. Tables for papers have no
+/// sentences.
+std::string answer_text(const StudyResult& result, const AnswerOptions& options = {});
+
+/// The two or three sentences: the cheapest rule, how sure it is, and what is better compared.
+std::vector<std::string> answer_sentences(const StudyResult& result, const StudyAnswer& answer);
+
+/// The table of the answer as a table of HTML.
+std::string answer_html(const StudyResult& result, const StudyAnswer& answer);
+
+/// The facts as the member `answer` of study.json.
+nlohmann::ordered_json answer_json(const StudyAnswer& answer);
+
+}  // namespace tetraction

@@ -1,0 +1,116 @@
+#include "study_names.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <limits>
+
+namespace tetraction {
+
+std::map<std::string, std::size_t> references_of_variants(const StudyResult& result) {
+  std::map<std::string, std::size_t> places;
+  for (std::size_t i = 0; i < result.references.size(); ++i) {
+    for (const std::string& variant : result.references[i].variants) places.emplace(variant, i);
+  }
+  return places;
+}
+
+std::vector<StudyResult> parts_of_study(const StudyResult& result) {
+  StudyResult empty;
+  empty.end = result.end;
+  empty.reference_integrator = result.reference_integrator;
+  empty.reference_step = result.reference_step;
+  empty.is_interrupted = result.is_interrupted;
+  empty.error_probe = result.error_probe;
+  empty.probes = result.probes;
+  empty.stable_step = std::numeric_limits<double>::quiet_NaN();  // that of the first variant
+  std::vector<StudyResult> parts(result.references.size(), empty);
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    const VariantReference& reference = result.references[i];
+    parts[i].reference_status = reference.status;
+    parts[i].reference_directory = reference.directory;
+    parts[i].reference_error = reference.error;
+    parts[i].extrapolation = reference.extrapolation;
+  }
+  const std::map<std::string, std::size_t> places = references_of_variants(result);
+  for (const StudyRow& row : result.rows) {
+    const auto found = places.find(row.variant);
+    if (found != places.end()) parts[found->second].rows.push_back(row);
+  }
+  return parts;
+}
+
+bool is_extrapolated(const StudyResult& result) {
+  return result.extrapolation && result.extrapolation->is_valid_for(!result.error_probe.empty());
+}
+
+std::string enumeration(const std::vector<std::string>& words) {
+  std::string text;
+  for (std::size_t i = 0; i < words.size(); ++i) {
+    if (i > 0) text += i + 1 == words.size() ? " and " : ", ";
+    text += words[i];
+  }
+  return text;
+}
+
+std::string short_number(double value) {
+  const bool is_small = value != 0.0 && std::abs(value) < 0.01;
+  std::string text = is_small ? fmt::format("{:.2e}", value) : fmt::format("{:.3g}", value);
+  const auto exponent = text.find('e');
+  if (exponent == std::string::npos) return text;
+  // "7.20e-05" becomes "7.2e-5", and "3e+15" becomes "3e15".
+  std::string digits = text.substr(0, exponent);
+  if (digits.find('.') != std::string::npos) {
+    digits.erase(digits.find_last_not_of('0') + 1);
+    if (digits.back() == '.') digits.pop_back();
+  }
+  std::size_t power = exponent + 2;
+  while (power + 1 < text.size() && text[power] == '0') ++power;
+  return digits + 'e' + (text[exponent + 1] == '-' ? "-" : "") + text.substr(power);
+}
+
+std::string capitalised(std::string text) {
+  if (!text.empty() && text.front() >= 'a' && text.front() <= 'z') {
+    text.front() = static_cast<char>(text.front() - 'a' + 'A');
+  }
+  return text;
+}
+
+std::string rule_name(const StudyRow& row) {
+  const std::string rule = to_string(row.integrator);
+  return row.compares_solver ? rule + " (" + row.solver + ")" : rule;
+}
+
+std::string run_label(const StudyRow& row) {
+  std::string tags = row.variant;
+  if (row.compares_solver) tags += (tags.empty() ? "" : ", ") + row.solver;
+  const std::string rule = to_string(row.integrator);
+  return tags.empty() ? rule : rule + " (" + tags + ")";
+}
+
+std::string in_limits(const StudyRow& row) {
+  const double ratio = row.step / row.stable_step;
+  if (!std::isfinite(ratio) || !(ratio > 0.0)) return {};
+  return fmt::format(" ({} h_crit)",
+                     ratio < 1e3 ? short_number(ratio) : fmt::format("{:.0f}", ratio));
+}
+
+std::string reference_name(const StudyResult& result) {
+  const std::string rule = to_string(result.reference_integrator);
+  const std::string finest = short_number(result.reference_step);
+  if (!is_extrapolated(result)) {
+    return fmt::format("{} with h = {} s", rule, finest);
+  }
+  return fmt::format("Richardson extrapolation of {} with h = {} s and {} s", rule,
+                     short_number(result.extrapolation->step), finest);
+}
+
+bool is_above_stability_limit(const StudyRow& row) {
+  return row.step > row.stable_step;
+}
+
+double round_off_level(const StudyRow& row) {
+  return std::numeric_limits<double>::epsilon() * (10.0 + static_cast<double>(row.steps));
+}
+
+}  // namespace tetraction
