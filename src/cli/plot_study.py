@@ -157,7 +157,8 @@ def read_study(folder):
     found = study.get("runs") if isinstance(study, dict) else None
     runs = []
     for entry in found if isinstance(found, list) else []:
-        if isinstance(entry, dict) and usable(number(entry.get("step"))):
+        if (isinstance(entry, dict) and usable(number(entry.get("step")))
+                and entry.get("role") != "reference"):  # fmt: skip
             rule, step = str(entry.get("integrator")), number(entry["step"])
             tags = [entry.get("variant"), entry.get("compares_solver") and entry.get("solver")]
             name = rule

@@ -71,7 +71,7 @@ class Conclusions {
     for (const StudyRow& row : result.rows) {
       if (row.variant != result.rows.front().variant) continue;
       first_variant_.push_back(&row);
-      if (row.status == RunStatus::kFinished && row.role == StudyRole::kRun &&
+      if (row.status == RunStatus::kFinished && row.role == StudyRole::kRun && !row.is_reference &&
           std::isfinite(error_of(row))) {
         compared_.push_back(&row);
       }
@@ -752,7 +752,10 @@ class Conclusions {
 
 }  // namespace
 
-std::vector<StudyConclusion> study_conclusions(const StudyResult& result) {
+std::vector<StudyConclusion> study_conclusions(const StudyResult& all) {
+  StudyResult result = all;
+  // Nobody asked for these.
+  std::erase_if(result.rows, [](const StudyRow& row) { return row.role == StudyRole::kReference; });
   return result.references.size() < 2 ? Conclusions(result).all()
                                       : Conclusions(result).of_references();
 }

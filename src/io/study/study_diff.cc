@@ -95,14 +95,13 @@ StudyDiffRow row_of(const SortedJson& run, const Reader& read) {
                          {to_string(RunStatus::kFinished), to_string(RunStatus::kUnstable),
                           to_string(RunStatus::kNotConverged), to_string(RunStatus::kCancelled)});
   row.wall_seconds = read.number(run, "wall_seconds");
-  // The differences of the reference from itself are no errors.
-  const bool is_reference =
-      read.word(run, "role",
-                {to_string(StudyRole::kRun), to_string(StudyRole::kReference),
-                 to_string(StudyRole::kVariant)}) == to_string(StudyRole::kReference);
+  read.word(run, "role",
+            {to_string(StudyRole::kRun), to_string(StudyRole::kReference),
+             to_string(StudyRole::kVariant)});
+  // The differences of the reference from itself, which are zero, are no errors.
   const auto error = [&](const char* key) {
     const double value = read.number(run, key);
-    return is_reference ? kNoChange : value;
+    return value == 0.0 ? kNoChange : value;
   };
   row.position_error = error("position_error");
   row.position_error_rms = error("position_error_rms");
@@ -298,9 +297,11 @@ StudyFile read_study_file(const std::string& path) {
                                    Reader(file, "in \"reference\", "));
   study.reference_error = number_in(reference, "estimated_error");
   if (json["runs"].empty()) read.fail("\"runs\" is empty");
+  std::size_t entry = 0;
   for (const SortedJson& run : json["runs"]) {
-    study.rows.push_back(
-        row_of(run, Reader(file, fmt::format("in entry {} of \"runs\", ", study.rows.size() + 1))));
+    StudyDiffRow row = row_of(run, Reader(file, fmt::format("in entry {} of \"runs\", ", ++entry)));
+    // Nobody asked for runs that only serve as a reference.
+    if (run["role"] != to_string(StudyRole::kReference)) study.rows.push_back(std::move(row));
   }
   const bool has_stopped_runs = std::any_of(
       study.rows.begin(), study.rows.end(),

@@ -357,7 +357,7 @@ std::string runs_html(const StudyResult& result) {
   for (const StudyRow& row : result.rows) {
     // The reference's differences from itself are no errors.
     const auto error = [&](double value) {
-      table.number(row.role == StudyRole::kReference ? std::nan("") : value, "{:.2e}");
+      table.number(row.is_reference ? std::nan("") : value, "{:.2e}");
     };
     table.row();
     if (has_variants) table.text(row.variant);

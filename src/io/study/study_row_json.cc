@@ -53,6 +53,7 @@ nlohmann::ordered_json study_row_json(const StudyRow& row) {
           {"directory", row.directory},
           {"steps", row.steps},
           {"wall_seconds", row.wall_seconds},
+          {"processor_seconds", json_number(row.processor_seconds)},
           {"seconds_per_simulated_second", json_number(row.seconds_per_simulated_second)},
           {"iterations_per_step", row.iterations_per_step},
           {"max_relative_energy_drift", json_number(row.max_relative_energy_drift)},
@@ -90,6 +91,7 @@ std::optional<StudyRow> study_row_from_json(const nlohmann::json& json) {
     row.directory = json.at("directory").get<std::string>();
     row.steps = count_of<Index>(json, "steps");
     row.wall_seconds = get("wall_seconds");
+    row.processor_seconds = get("processor_seconds");
     row.seconds_per_simulated_second = get("seconds_per_simulated_second");
     row.iterations_per_step = get("iterations_per_step");
     row.max_relative_energy_drift = get("max_relative_energy_drift");
@@ -130,32 +132,6 @@ nlohmann::ordered_json extrapolation_json(const ReferenceExtrapolation& extrapol
           {"estimated_error_over_time", json_number(extrapolation.error_over_time)},
           {"estimated_error_of_probe", json_number(extrapolation.error_of_probe)},
           {"finest_error_at_end", json_number(extrapolation.finest_error_at_end)}};
-}
-
-std::optional<ReferenceExtrapolation> extrapolation_from_json(const nlohmann::json& json) {
-  const auto get = [&](const char* key) {
-    return number_of(json, key, std::numeric_limits<double>::quiet_NaN());
-  };
-  ReferenceExtrapolation found;
-  try {
-    found.step = json.at("step").get<double>();
-    found.is_valid = json.at("valid").get<bool>();
-    found.reason = json.at("reason").get<std::string>();
-    found.is_exact = json.at("exact").get<bool>();
-    found.probe_is_valid = json.at("probe_valid").get<bool>();
-    found.probe_reason = json.at("probe_reason").get<std::string>();
-    found.probe_is_exact = json.at("probe_exact").get<bool>();
-    found.order_at_end = get("order_at_end");
-    found.order_over_time = get("order_over_time");
-    found.order_of_probe = get("order_of_probe");
-    found.error_at_end = get("estimated_error_at_end");
-    found.error_over_time = get("estimated_error_over_time");
-    found.error_of_probe = get("estimated_error_of_probe");
-    found.finest_error_at_end = get("finest_error_at_end");
-  } catch (const nlohmann::json::exception&) {
-    return {};
-  }
-  return found;
 }
 
 }  // namespace tetraction

@@ -128,7 +128,7 @@ std::string study_csv(const StudyResult& result, const StudyProvenance& provenan
       "iterations_per_step,max_relative_energy_drift,linear_momentum_drift,"
       "angular_momentum_drift,angular_momentum_drift_allowed,position_error,position_error_rms,"
       "observed_order,stable_step,variant,role,solver,probe_error,date,processor,cores,threads,"
-      "version,command,reference,reference_error,timing\n";
+      "version,command,reference,reference_error,timing,processor_seconds\n";
   for (const StudyRow& row : result.rows) {
     const auto own = places.find(row.variant);
     const StudyResult& part = own != places.end() ? parts[own->second] : result;
@@ -143,10 +143,11 @@ std::string study_csv(const StudyResult& result, const StudyProvenance& provenan
     }
     text += fmt::format(",{},{},{},{},{}", csv_number(row.stable_step), csv_text(row.variant),
                         to_string(row.role), csv_text(row.solver), csv_number(row.probe_error));
-    text += fmt::format(",{},{},{},{},{},{},{},{},{}\n", csv_text(row.date),
-                        csv_text(row.processor), row.cores, row.threads, version(),
-                        csv_text(provenance.command), csv_text(reference_name(part)),
-                        csv_number(part.reference_error), row.shares_machine ? "shared" : "alone");
+    text +=
+        fmt::format(",{},{},{},{},{},{},{},{},{},{}\n", csv_text(row.date), csv_text(row.processor),
+                    row.cores, row.threads, version(), csv_text(provenance.command),
+                    csv_text(reference_name(part)), csv_number(part.reference_error),
+                    row.shares_machine ? "shared" : "alone", csv_number(row.processor_seconds));
   }
   return text;
 }
@@ -205,7 +206,7 @@ std::string study_table(const StudyResult& result) {
       "energy", "lin.mom.", "ang.mom.", "pos.error", "pos.rms", probe_cell("probe.err"), "order");
   for (std::size_t i = 0; i < result.rows.size(); ++i) {
     const StudyRow& row = result.rows[i];
-    const bool is_reference = row.role == StudyRole::kReference;
+    const bool is_reference = row.is_reference;
     const bool other_variant = i == 0 || result.rows[i - 1].variant != row.variant;
     if (i > 0 && (other_variant || result.rows[i - 1].integrator != row.integrator)) text += '\n';
     if (other_variant && !row.variant.empty()) {
