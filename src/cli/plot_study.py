@@ -203,7 +203,8 @@ def read_study(folder):
              "variant": str(entry.get("variant") or ""),
              "solver": str(entry.get("solver") or "") if entry.get("compares_solver") else "",
              "directory": os.path.join(folder, str(entry.get("directory")))}
-            for entry in listed("runs") if usable(number(entry.get("step")))]  # fmt: skip
+            for entry in listed("runs")
+            if usable(number(entry.get("step"))) and entry.get("role") != "reference"]  # fmt: skip
     if not runs:
         raise Unusable("study.json names no run with a step")
     rules = list(dict.fromkeys([*RULES, *(run["rule"] for run in runs)]))

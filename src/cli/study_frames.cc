@@ -6,28 +6,13 @@
 #include <cmath>
 #include <cstdlib>
 #include <string_view>
+#include <tuple>
 
 #include "core/spelling.h"
 #include "tetraction/core/error.h"
 
 namespace tetraction {
 namespace {
-
-// The references first, then the rows of the table.
-std::vector<PlannedRun> all_runs(const StudyPlan& plan) {
-  std::vector<PlannedRun> runs;
-  for (const PlannedReference& reference : plan.references) {
-    runs.insert(runs.end(), reference.runs.begin(), reference.runs.end());
-  }
-  const std::size_t count = runs.size();
-  for (const PlannedRun& run : plan.runs) {
-    const bool is_there = std::any_of(
-        runs.begin(), runs.begin() + static_cast<std::ptrdiff_t>(count),
-        [&](const PlannedRun& reference) { return reference.directory == run.directory; });
-    if (!is_there) runs.push_back(run);
-  }
-  return runs;
-}
 
 // Whether `name` is the run's directory. The step may be written in another way: midpoint-2.4e-4
 // for midpoint-0.00024.
@@ -55,7 +40,7 @@ const PlannedRun& run_to_look_at(const StudyPlan& plan) {
     const double of_step = std::abs(std::log(run.step / step));
     const bool is_the_scenes =
         run.integrator == time.integrator && run.variant == 0 && !run.compares_solver;
-    return std::make_pair(!is_the_scenes, of_step);
+    return std::make_tuple(run.role == StudyRole::kReference, !is_the_scenes, of_step);
   };
   return *std::min_element(
       plan.runs.begin(), plan.runs.end(),
@@ -66,7 +51,7 @@ std::vector<std::string> runs_with_frames(const std::vector<std::string>& wanted
                                           const StudyPlan& plan) {
   const std::string first = run_to_look_at(plan).directory;
   if (wanted.empty()) return {first};
-  const std::vector<PlannedRun> runs = all_runs(plan);
+  const std::vector<PlannedRun>& runs = plan.runs;
   std::vector<std::string> found;
   for (const std::string& name : wanted) {
     if (name == "all" || name == "none") {

@@ -352,7 +352,7 @@ class Overwriting(BeamTest):
             shutil.copy(self.path("beam" + ending), self.path("out"))
         self.run_program("run out/scene.toml --out out --quiet")
 
-    def test_a_study_replaces_an_earlier_one(self):
+    def test_a_fresh_study_replaces_an_earlier_one(self):
         study = ["study", "beam.toml", "--out", "s"]
         first = self.run_program(*study, "--steps", "0.025,0.05", "--integrators", "midpoint")
         self.assertNotIn("earlier", first.stderr)
@@ -370,26 +370,26 @@ class Overwriting(BeamTest):
         os.mkdir(self.path("s", "midpoint-0.5"))
         self.write(os.path.join("s", "midpoint-0.5", "history.csv"), "mine")
         second = self.run_program(*study, "--steps", "0.02", "--integrators",
-                                  "midpoint,backward-euler", "--no-plots")  # fmt: skip
+                                  "midpoint,backward-euler", "--no-plots", "--fresh")  # fmt: skip
         self.assertIn("earlier study", second.stderr)
         self.assertEqual(
             {name for name in files_below(self.path("s")) if not name.startswith("midpoint-0.02/")
-             and not name.startswith("backward-euler-0.02/")},
+             and not name.startswith("backward-euler-0.02/") and not name.startswith("midpoint-0.04/")},
             {"study.csv", "study.json", "study.html", "notes.txt", "midpoint-0.025/figure.png",
              "study_runs.csv", "midpoint-0.5/history.csv"},
         )  # fmt: skip
-        # A study that is cut off leaves word of what it began.
+        # A study that is cut off leaves word of what it began, and all that there was.
         process = self.start(*study, "--steps", "1e-5", "--integrators", "midpoint", "--quiet")
         folder = self.path("s", "midpoint-1e-05")
         self.wait_for_file(process, folder, "frames.pvd")
         process.kill()
         process.wait()
-        self.assertFalse(os.path.exists(self.path("s", "midpoint-0.02")))
+        self.assertTrue(os.path.exists(self.path("s", "midpoint-0.02", "study_row.json")))
         self.assertIn("not ended", self.read_json("s", "study.json")["message"])
         # As if it had been killed while it wrote.
         for name in (os.path.join("frames", "frame_000007.vtu.part"), "frames.pvd.part"):
             self.write(os.path.join(folder, name), "half")
-        self.run_program(*study, "--steps", "0.02", "--integrators", "midpoint", "--no-plots")
+        self.run_program(*study, "--steps", "0.02", "--integrators", "midpoint", "--no-plots", "--fresh")
         self.assertFalse(os.path.exists(folder))
 
     def test_runs_and_studies_do_not_mix(self):

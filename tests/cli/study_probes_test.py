@@ -24,7 +24,7 @@ class Probes(StudyTest):
 
     def expected_error(self, run, columns):
         """The largest distance from the reference, which is interpolated linearly."""
-        reference = self.trace("reference-midpoint-0.00025", columns)
+        reference = self.trace("midpoint-0.00025", columns)
         largest = max(math.hypot(*values) for _, values in reference)
         worst = 0.0
         for time_, values in self.trace(run, columns):
@@ -44,9 +44,15 @@ class Probes(StudyTest):
             result = self.run_program("study", scene, *self.GRID, "--no-plots", "--all", "--error",
                                       f"probe.{name}")  # fmt: skip
             self.assertIn("probe.err", result.stdout)
+            # What the error is does not change the runs.
+            self.assertIn("no run was made", result.stderr)
             rows = self.rows()
-            self.assertEqual(len(rows), 4)
+            self.assertEqual([r["role"] for r in rows].count("run"), 4)
+            self.assertEqual(len(rows), 5)
             for row, other in zip(rows, by_position):
+                if row["role"] == "reference":
+                    self.assertEqual(float(row["probe_error"]), 0.0)
+                    continue
                 self.assertEqual(row["position_error"], other["position_error"])
                 run = f"{row['integrator']}-{float(row['step']):.10g}"
                 expected = self.expected_error(run, columns)
@@ -75,7 +81,7 @@ class Probes(StudyTest):
         self.assertIn("Error of the probe tip over time", self.read("s", "error_over_step.svg"))
         # The next study, without probes, deletes the plots and the files of the probes.
         self.write("s/probe_other.png", "mine")
-        self.run_program("study", self.write("beam.toml", BEAM), *self.GRID)
+        self.run_program("study", self.write("probes.toml", BEAM), *self.GRID)
         self.assertFalse(self.exists("s", "probe_tip.png"))
         self.assertTrue(self.exists("s", "probe_other.png"))
         self.assertFalse(self.exists("s", "verlet-0.005", "probes.csv"))
@@ -136,7 +142,7 @@ class Frames(StudyTest):
         frames, text = self.with_frames()
         self.assertEqual(frames, {"midpoint-0.005"})
         self.assertIn("s/midpoint-0.005/frames.pvd", text.splitlines()[-1])
-        frames, text = self.with_frames("--set", "time.step=0.02", "--set",
+        frames, text = self.with_frames("--fresh", "--set", "time.step=0.02", "--set",
                                         "time.integrator=verlet")  # fmt: skip
         self.assertEqual(frames, {"verlet-0.025"})
         self.assertIn("s/verlet-0.025/frames.pvd", text.splitlines()[-1])
@@ -145,8 +151,9 @@ class Frames(StudyTest):
         frames, text = self.with_frames("--frames", "all")
         self.assertEqual(frames, self.ALL)
         self.assertIn("s/midpoint-0.005/frames.pvd", text.splitlines()[-1])
-        # The frames of the earlier study are gone.
-        frames, text = self.with_frames("--frames", "none")
+        # Runs that are kept keep their frames.
+        self.assertEqual(self.with_frames("--frames", "none")[0], self.ALL)
+        frames, text = self.with_frames("--frames", "none", "--fresh")
         self.assertEqual(frames, set())
         self.assertNotIn("frames.pvd", text)
         # The step of a run may be written in another way than its folder's name has it.
@@ -157,8 +164,14 @@ class Frames(StudyTest):
 
     def test_of_the_reference(self):
         self.study("--integrators midpoint --steps 0.01 --reference-integrator verlet "
-                   "--reference-step 5e-3 --frames reference-verlet-0.005")  # fmt: skip
-        self.assertEqual(self.runs(), {"midpoint-0.01": False, "reference-verlet-0.005": True})
+                   "--reference-step 5e-3 --frames verlet-0.005")  # fmt: skip
+        runs = self.runs()
+        self.assertEqual([r for r, has_frames in runs.items() if has_frames], ["verlet-0.005"])
+        # The second one, for the error of the first, is at a step at which the rule is stable.
+        self.assertEqual(len(runs), 3)
+        second = [r for r in self.rows() if r["role"] == "reference" and float(r["step"]) > 5e-3]
+        self.assertEqual([(r["integrator"], r["status"]) for r in second], [("verlet", "ok")])
+        self.assertGreater(self.result()["reference"]["estimated_error"], 0.0)
 
     def test_of_runs_that_are_not_there(self):
         for name in ("midpoint-0.01", "midpoint", "verlt-0.005", "midpoint-0.005-ceres"):
@@ -184,12 +197,12 @@ class Frames(StudyTest):
             shutil.rmtree(self.path("s"))
 
     def test_cut_off_without_frames(self):
-        """The next study replaces what is left of it."""
+        """A fresh study replaces what is left of it."""
         process = self.begin("midpoint-1e-05", "--no-plots --quiet --steps 1e-5 --integrators midpoint "
                              "--frames none --set time.end=100")
         process.kill()
         process.wait()
-        self.study(*self.GRID, "--frames", "none")
+        self.study(*self.GRID, "--frames", "none", "--fresh")
         self.assertEqual(set(self.runs()), self.ALL)
 
 

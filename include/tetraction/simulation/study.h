@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "tetraction/simulation/motion_track.h"
 #include "tetraction/simulation/probe.h"
 #include "tetraction/simulation/session.h"
 
@@ -61,6 +62,15 @@ struct StudySettings {
   std::string error_probe{};
 };
 
+/// The role of a row of a study.
+enum class StudyRole {
+  kRun,        ///< a run that was asked for; it may serve as the reference, too
+  kReference,  ///< a run that only serves as a reference, or tells the error of one
+  /// A run that was asked for, of another variant than its reference, with another solver; its differences show
+  /// what that changes.
+  kVariant
+};
+
 /// One run of a study.
 struct PlannedRun {
   std::size_t variant = 0;  ///< index in StudyPlan::variants
@@ -68,31 +78,31 @@ struct PlannedRun {
   double step = 0.0;             ///< s
   std::string solver;            ///< SolverSettings::kind; empty for explicit integrators
   bool compares_solver = false;  ///< one of StudySettings::solver_comparisons
-  std::string directory;         ///< directory of its results, relative to the study's
+  StudyRole role = StudyRole::kRun;
+  std::string directory;  ///< directory of its results, relative to the study's
 };
 
-/// The runs that make a reference.
+/// A reference of a study.
 struct PlannedReference {
-  /// One run, or those that are extrapolated, with the steps 2h, h and h/2. The last one is the finest.
-  std::vector<PlannedRun> runs;
-  std::vector<bool> is_row;  ///< for each of `runs` whether it is also one of StudyPlan::runs
-
-  std::size_t variant() const { return runs.back().variant; }
-  const PlannedRun& finest() const { return runs.back(); }
+  std::size_t variant = 0;  ///< the first one that is compared with it
+  /// Indices in StudyPlan::runs: one run, or those that are extrapolated, with the steps 2h, h and h/2. The last one
+  /// is the finest.
+  std::vector<std::size_t> runs;
 };
 
-/// All runs of a study, known before the first one begins.
+/// All runs of a study, known before the first one begins. They do not depend on each other.
 struct StudyPlan {
   std::vector<StudyVariant> variants;  ///< at least one, whose name is empty if nothing is varied
   double stable_step = 0.0;  ///< h_crit of `explicit` at the initial state of the first variant, s
   double end = 0.0;          ///< s
-  /// The runs that become rows of the result, sorted by variant, integrator, then step from the
-  /// finest up. The comparisons of solvers follow the other runs of their integrator.
+  /// The rows of the result, sorted by variant, integrator, then step from the finest up. The comparisons
+  /// of solvers follow the other runs of their integrator.
+  ///
+  /// The reference has an error of its own if another run of its rule has a larger step at which it can be
+  /// stable. If none was asked for, there is one at twice the step of the reference, with the role kReference.
   std::vector<PlannedRun> runs;
-  /// In the order of the first variants that are compared with them. Each is made before the runs that
-  /// are compared with it.
-  std::vector<PlannedReference> references;
-  std::vector<std::size_t> reference_of;  ///< for each variant the index in `references`
+  std::vector<PlannedReference> references;  ///< in the order of their variants
+  std::vector<std::size_t> reference_of;     ///< for each variant the index in `references`
   /// For each reference whether it has the vertices and tetrahedra of the first one, so that the
   /// positions of the two can be compared.
   std::vector<bool> has_first_mesh;
@@ -100,8 +110,9 @@ struct StudyPlan {
   std::string error_probe{};           ///< StudySettings::error_probe
   std::vector<ProbeColumns> probes{};  ///< of the first variant
 
-  /// Number of runs.
-  std::size_t run_count() const;
+  const PlannedRun& finest_run(const PlannedReference& reference) const {
+    return runs[reference.runs.back()];
+  }
 };
 
 /// Checks the settings and plans the runs. If no steps are given, they are multiples of the
@@ -109,15 +120,6 @@ struct StudyPlan {
 /// variants that end at different times, an error probe that a variant does not have, events that
 /// change [time], and solvers that cannot be compared.
 StudyPlan plan_study(const Scene& scene, const TetMesh& mesh, const StudySettings& settings);
-
-/// The role of a row of a study.
-enum class StudyRole {
-  kRun,        ///< compared with the reference: the differences are its errors
-  kReference,  ///< the others are compared with it; its own differences are zero
-  /// A run of another variant than its reference, with another solver; its differences show what that
-  /// changes.
-  kVariant
-};
 
 /// "run", "reference", "variant": the words of study.csv.
 std::string to_string(StudyRole role);
@@ -132,17 +134,13 @@ ReferenceKind reference_kind_from_string(const std::string& name);
 /// of the error of q (L. F. Richardson, Phil. Trans. R. Soc. A 210, 1911; E. Hairer, S. P. Nørsett,
 /// G. Wanner, Solving Ordinary Differential Equations I, II.9). The error of E(h) is estimated at
 /// |E(h) − E(2h)|/(2^(p+1) − 1), since it is of order p + 1 or higher. This applies to the positions
-/// at the end and at the times of position_error_rms, and to the values of the error probe.
+/// at the times of MotionTrack, and by itself to the values of the error probe.
 ///
-/// The observed order is log2(|q(2h) − q(h)|/|q(h) − q(h/2)|). If that of the positions at the end or
-/// over time differs from p by more than 0.4, or a run did not reach the end, the extrapolation of the
-/// positions is not valid. Their reference is then the run with h/2. The same holds for the error probe
-/// by itself.
-///
-/// Differences that the solver's tolerance or round-off explains show no order, and say nothing against
-/// p. If those at the end or those over time are of that kind, the other ones decide. If both are, there
-/// is nothing to extrapolate: the runs are equal as far as they are exact, the run with h/2 is the
-/// reference, and its error is estimated at the largest of these differences.
+/// The extrapolation is not valid if a run did not reach the end, or if the observed order
+/// log2(|q(2h) − q(h)|/|q(h) − q(h/2)|), at the end or over time, differs from p by more than 0.4. The
+/// reference is then the run with h/2. Differences that the solver's tolerance or round-off explains show no
+/// order, and say nothing against p. If all are of that kind, the runs are equal as far as they are exact: the
+/// run with h/2 is the reference, and its error is estimated at the largest of these differences.
 struct ReferenceExtrapolation {
   double step = 0.0;     ///< h, s
   bool is_valid = true;  ///< whether the reference of the positions is the extrapolation
@@ -150,8 +148,7 @@ struct ReferenceExtrapolation {
   /// The same of the error probe. Without one it is valid.
   bool probe_is_valid = true;
   std::string probe_reason{};
-  /// Whether the differences of the runs are not above what the solver's tolerance and round-off
-  /// explain: those of the positions at the end and over time, and those of the error probe.
+  /// Whether the solver's tolerance and round-off explain the differences of the runs.
   bool is_exact = false;
   bool probe_is_exact = false;
   /// Observed orders of the positions at the end, of those over time, and of the error probe. NaN if
@@ -162,8 +159,8 @@ struct ReferenceExtrapolation {
   /// Estimated errors of the reference as position_error, position_error_rms and probe_error. They
   /// are those of the extrapolation, or of the run with h/2 if that is the reference:
   /// |q(h/2) − q(h)|/(2^p − 1), without the divisor if the run with h/2 is exact. NaN if they are not
-  /// known. That of the probe includes the error of
-  /// its linear interpolation between the steps h/2 if a step of the study is no multiple of h/2.
+  /// known. That of the probe includes the error of its linear interpolation between the steps h/2 if a step of
+  /// the study is no multiple of h/2.
   double error_at_end = std::numeric_limits<double>::quiet_NaN();
   double error_over_time = std::numeric_limits<double>::quiet_NaN();
   double error_of_probe = std::numeric_limits<double>::quiet_NaN();
@@ -201,7 +198,8 @@ struct StudyRow {
   std::string directory;      ///< of the run, relative to the study's
   Index steps = 0;            ///< steps taken
   double wall_seconds = 0.0;  ///< of the time steps alone
-  /// Processor time of all threads in the time steps. NaN if it was not measured.
+  /// Processor time of the time steps, of all threads together. NaN if several runs with several threads each
+  /// were made at the same time, because it is not known then which of them a thread worked for.
   double processor_seconds = std::numeric_limits<double>::quiet_NaN();
   /// Whether the run, together with those that were made at the same time, had more threads than the
   /// machine has cores. The wall times then say nothing about the run.
@@ -213,18 +211,19 @@ struct StudyRow {
   double angular_momentum_drift = 0.0;          ///< Balance::angular_momentum_drift
   double angular_momentum_drift_allowed = 0.0;  ///< Balance::allowed_angular_momentum_drift
   StudyRole role = StudyRole::kRun;
+  /// Whether the errors of the others are differences from this run. Its own ones are zero.
+  bool is_reference = false;
   /// |q − q_ref|₂/|q_ref − X|₂ at the end, with the rest positions X. It is NaN unless run and
   /// reference finished. The divisor is at least a tenth of the reference's root mean square
   /// displacement over time, because a body may pass its rest position just at the end. It is also
   /// at least 1e-12 √N times the diagonal of the body (N vertices). The error does not depend on
   /// the place of the origin.
   double position_error = 0.0;
-  /// The same error over the whole time: √(mean |q − q_ref|²)/√(mean |q_ref − X|²). The means are
-  /// over up to a hundred or more times of the run's steps. At these times the reference is
-  /// interpolated between its own steps by cubics with its velocities.
+  /// The same error over the whole time: √(mean |q − q_ref|²)/√(mean |q_ref − X|²), with the means over the
+  /// times of MotionTrack.
   double position_error_rms = 0.0;
-  /// Order between this step and the next finer one of the integrator, or NaN if there is none. It
-  /// is that of probe_error if the study has an error probe, otherwise that of position_error.
+  /// Order between this step and the next finer one of the integrator that was asked for, or NaN if there is
+  /// none. It is that of probe_error if the study has an error probe, otherwise that of position_error.
   double observed_order = 0.0;
   /// The error of the study's error probe: max over the times of the run of |s − s_ref|, divided by
   /// the maximum of |s_ref| over the times of the reference. s are the values of the probe as a
@@ -235,10 +234,6 @@ struct StudyRow {
   std::string processor{};  ///< Machine::processor of the computer that made the run
   int cores = 0;            ///< its Machine::cores
   int threads = 0;          ///< threads of the parallel loops of the run
-  /// What became of the extrapolation. Only the finest run of an extrapolated reference has it.
-  std::optional<ReferenceExtrapolation> extrapolation{};
-  /// VariantReference::difference. Only the finest run of a reference has it.
-  ReferenceDifference reference_difference{};
 };
 
 /// The reference of one or several of the variants of a study.
@@ -270,7 +265,8 @@ struct StudyResult {
   std::string reference_directory;  ///< with an extrapolation that of its finest run
   /// Error of the reference itself, in the error that the orders are computed from. It is estimated
   /// from the finest other run of its integrator and the theoretical order, or as
-  /// ReferenceExtrapolation says. NaN without such a run.
+  /// ReferenceExtrapolation says. NaN without such a run. It is at least the error of two neighbouring steps of a
+  /// rule that agree better than they differ from the reference.
   double reference_error = std::numeric_limits<double>::quiet_NaN();
   std::optional<ReferenceExtrapolation> extrapolation{};  ///< if one was asked for
   /// All references, if there are several. The first one is that which the other members describe.
@@ -289,32 +285,28 @@ using ObserverFactory =
 /// run.
 using StudyProgress = std::function<void(std::size_t, std::size_t, const PlannedRun&)>;
 
-/// What a study takes over from one that was stopped, and how it tells of its runs.
+/// Where the track of a run is taken from when runs are compared: null if it is not known.
+using TrackSource = std::function<std::shared_ptr<const MotionTrack>(const PlannedRun&)>;
+
+/// What a study takes over from an earlier one, and where it leaves its runs. Without functions everything is
+/// in memory.
 struct StudyMemory {
   /// The row of a run that was made before, as `made` got it, or nothing if it has to be made.
   std::function<std::optional<StudyRow>(const PlannedRun&)> kept{};
-  /// Called after each run that was made and not stopped. The row has everything but the observed
-  /// order.
-  std::function<void(const StudyRow&)> made{};
+  /// Called after each run that was made and not stopped. The row has no errors yet.
+  std::function<void(const PlannedRun&, const StudyRow&, const MotionTrack&)> made{};
+  /// The tracks of runs that were kept or made. Without it those of all runs stay in memory.
+  TrackSource track{};
 };
 
-/// Makes the runs of the plan. A run that blows up or fails is a result, not an error.
+/// Makes the runs of the plan that `memory` does not keep, the references first, and compares all of them. A
+/// run that blows up or fails is a result, not an error.
 ///
 /// All final positions belong to the same time: if a step does not divide the end time, the last
 /// step is shorter.
 ///
-/// The observed order p solves e(h₂)/e(h₁) = (h₂/h₁)^p. The errors of runs of the reference's own
-/// integrator are differences from a run of the same family. For these the right-hand side is (h₂^p
-/// − h_r^p)/(h₁^p − h_r^p), unless the reference is extrapolated. If the error of the reference
-/// itself is not small compared with the others, there is no order.
-///
-/// Runs that `memory` keeps are not made again. The runs of a reference are made again if any run
-/// that is compared with it is, because its motion over time is needed for the comparison. This also
-/// holds for the first reference and all others, if those can be compared: they have its mesh, or the
-/// study has an error probe.
-///
-/// Up to `jobs` runs are made at the same time, each with thread_count() threads: the runs of a
-/// reference, then those that are compared with it. The result is the same but for wall times and dates.
+/// Up to `jobs` runs are made at the same time, each with thread_count() threads. The result does not depend
+/// on that, nor on which runs were kept, but for times and dates.
 /// The functions that are called for the runs are never called at the same time. The observers of
 /// different runs are, and so are force terms and materials of a program that several variants share.
 /// StudyRow::shares_machine says whether the runs had too few cores.
@@ -325,6 +317,16 @@ StudyResult run_study(const StudyPlan& plan, const TetMesh& mesh,
 /// Plans a study and makes its runs.
 StudyResult run_study(const Scene& scene, const TetMesh& mesh, const StudySettings& settings,
                       const ObserverFactory& observers = {}, const StudyProgress& progress = {});
+
+/// Computes the errors, orders and references of runs from their tracks. `rows` has an entry for each of
+/// plan.runs, empty for runs that were not made.
+///
+/// The observed order p solves e(h₂)/e(h₁) = (h₂/h₁)^p. The errors of runs of the reference's own
+/// integrator are differences from a run of the same family. For these the right-hand side is (h₂^p
+/// − h_r^p)/(h₁^p − h_r^p), unless the reference is extrapolated. If the error of the reference
+/// itself is not small compared with the others, there is no order.
+StudyResult compare_runs(const StudyPlan& plan, const std::vector<std::optional<StudyRow>>& rows,
+                         const TrackSource& tracks);
 
 /// The p of (h2^p − hr^p)/(h1^p − hr^p) = e2/e1 with h2 > h1 > hr ≥ 0, or NaN without one in
 /// (0, 12).

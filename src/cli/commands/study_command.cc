@@ -8,7 +8,6 @@
 #include <cstdlib>
 #include <filesystem>
 #include <functional>
-#include <map>
 #include <memory>
 #include <optional>
 #include <set>
@@ -29,8 +28,8 @@
 #include "io/results/directory_lock.h"
 #include "io/results/result_folders.h"
 #include "io/study/study_answer.h"
+#include "io/study/study_folder.h"
 #include "io/study/study_page.h"
-#include "io/study/study_row_file.h"
 #include "io/text/output_file.h"
 #include "plot_study_script.h"
 #include "simulation/scene/parallel_features.h"
@@ -68,6 +67,7 @@ struct StudyArguments {
   bool resume = false;
   bool all = false;
   std::string table;
+  bool fresh = false;
 };
 
 // Draws the plots with matplotlib. Returns why there are none, or an empty text. The study is complete without them.
@@ -126,10 +126,9 @@ StudySettings read_settings(const StudyArguments& arguments) {
   return settings;
 }
 
-// Whether the study or its reference has an implicit run.
+// Whether the study has an implicit run.
 bool has_implicit_runs(const StudyPlan& plan) {
-  return is_implicit(plan.references.front().finest().integrator) ||
-         std::any_of(plan.runs.begin(), plan.runs.end(),
+  return std::any_of(plan.runs.begin(), plan.runs.end(),
                      [](const PlannedRun& run) { return is_implicit(run.integrator); });
 }
 
@@ -142,16 +141,26 @@ std::string of_reference(const StudyPlan& plan) {
   const std::string name = plan.references.size() == 1
                                ? "reference"
                                : fmt::format("each of the {} references", plan.references.size());
-  const std::string rule = to_string(reference.finest().integrator);
+  const PlannedRun& finest = plan.finest_run(reference);
+  const std::string rule = to_string(finest.integrator);
   if (reference.runs.size() == 1) {
-    return fmt::format("{}: {} with steps of {:.4g} s, which makes {:.9g} steps", name, rule,
-                       reference.finest().step, count(reference.finest()));
+    std::string second;
+    for (const PlannedRun& run : plan.runs) {
+      if (run.role != StudyRole::kReference || run.variant != finest.variant ||
+          run.step == finest.step) {
+        continue;
+      }
+      second = fmt::format("; and one with {:.4g} s for its error, which makes {:.9g} steps",
+                           run.step, count(run));
+    }
+    return fmt::format("{}: {} with steps of {:.4g} s, which makes {:.9g} steps{}", name, rule,
+                       finest.step, count(finest), second);
   }
   std::vector<std::string> steps;
   double sum = 0.0;
-  for (const PlannedRun& run : reference.runs) {
-    steps.push_back(fmt::format("{:.4g}", run.step));
-    sum += count(run);
+  for (const std::size_t i : reference.runs) {
+    steps.push_back(fmt::format("{:.4g}", plan.runs[i].step));
+    sum += count(plan.runs[i]);
   }
   return fmt::format(
       "{}: Richardson extrapolation of {} with steps of {} s, which makes {:.9g} steps together",
@@ -179,14 +188,9 @@ std::string of_jobs(int jobs) {
 // The runs that reached the end.
 std::set<std::string> finished_runs(const StudyResult& result) {
   std::set<std::string> names;
-  const auto add = [&names](const std::string& run, RunStatus status) {
-    if (status == RunStatus::kFinished) names.insert(run);
-  };
-  add(result.reference_directory, result.reference_status);
-  for (const VariantReference& reference : result.references) {
-    add(reference.directory, reference.status);
+  for (const StudyRow& row : result.rows) {
+    if (row.status == RunStatus::kFinished) names.insert(row.directory);
   }
-  for (const StudyRow& row : result.rows) add(row.directory, row.status);
   return names;
 }
 
@@ -226,30 +230,6 @@ void tell_of_lost_runs(const std::string& directory, const std::set<std::string>
                         directory, lost.size(), names));
 }
 
-bool is_of_type(const std::string& path, std::filesystem::file_type type) {
-  std::error_code unreadable;
-  return std::filesystem::symlink_status(path, unreadable).type() == type;
-}
-
-// Finds the runs that are complete: they were made with the same inputs, and their files are there. Links are none of
-// them, because what they lead to may be of another study.
-std::function<std::optional<StudyRow>(const PlannedRun&)> kept_runs(
-    const std::string& directory, const StudyInputs& inputs,
-    const std::function<bool(const std::string&)>& has_frames) {
-  return [directory, &inputs, has_frames](const PlannedRun& run) -> std::optional<StudyRow> {
-    const std::string folder = directory + "/" + run.directory;
-    std::vector<std::string> files{"history.csv", "final.vtu", "summary.json"};
-    if (has_frames(run.directory)) files.push_back("frames.pvd");
-    using Type = std::filesystem::file_type;
-    const bool is_whole = is_of_type(folder, Type::directory) &&
-                          std::all_of(files.begin(), files.end(), [&](const std::string& file) {
-                            return is_of_type(folder + "/" + file, Type::regular);
-                          });
-    if (!is_whole) return {};
-    return read_study_row(folder + "/" + kStudyRowFile, run, inputs.of_variant(run.variant));
-  };
-}
-
 int study(const StudyArguments& arguments) {
   StudySettings settings = read_settings(arguments);
   const Scene scene = settings.variants.empty() ? read_scene(arguments.scene, arguments.overrides)
@@ -258,7 +238,9 @@ int study(const StudyArguments& arguments) {
   const AnswerOptions answer{arguments.table.empty() ? AnswerFormat::kTerminal
                                                      : answer_format_from_string(arguments.table)};
   require_local_engine(scene);
+  const std::string name = std::filesystem::path(arguments.scene).stem().string();
   check_folder_of_study(scene, directory);
+  if (!arguments.fresh) refuse_other_study(directory, name);
   for (const StudyVariant& variant : settings.variants) require_local_engine(variant.scene);
   std::vector<std::string> unused;
   const std::shared_ptr<const TetMesh> first_mesh =
@@ -297,57 +279,29 @@ int study(const StudyArguments& arguments) {
   make_output_directory(directory);
   const DirectoryLock lock(directory);
 
-  const StudyInputs inputs(plan, mesh);
-  std::map<std::string, std::size_t> variant_of;  // of each folder of a run
-  for (const PlannedReference& reference : plan.references) {
-    for (const PlannedRun& run : reference.runs) variant_of[run.directory] = run.variant;
+  const bool goes_on = !arguments.fresh && holds_study(directory);
+  if (goes_on && !arguments.quiet) {
+    std::set<std::string> lost = lost_runs(directory);
+    const std::set<std::string> asked = run_names(plan);
+    std::erase_if(lost, [&](const std::string& run) { return !asked.contains(run); });
+    tell_of_lost_runs(directory, lost);
   }
-  for (const PlannedRun& run : plan.runs) variant_of[run.directory] = run.variant;
-  const std::set<std::string> with_frames(frames.begin(), frames.end());
-  const auto has_frames = [&](const std::string& run) { return with_frames.contains(run); };
-  std::optional<StudyJournal> journal;
-  StudyMemory memory;
-  if (arguments.resume) memory.kept = kept_runs(directory, inputs, has_frames);
-  memory.made = [&](const StudyRow& row) {
-    write_study_row(directory + "/" + row.directory + "/" + kStudyRowFile, row,
-                    inputs.of_variant(variant_of.at(row.directory)));
-    journal->complete(row.directory);
-  };
+  const std::vector<std::string> old_plots = plots_of_study(directory);
+  StudyFolder runs(directory, plan, mesh, frames);
 
   const bool has_bars = arguments.jobs == 1 && ProgressBar::possible();
   std::string label;
-  if (arguments.resume) {
-    const std::set<std::string> complete = completed_runs(directory);
-    std::set<std::string> begun;
-    std::set<std::string> lost;
-    for (const std::string& run : run_names(plan)) {
-      if (is_entry(fmt::format("{}/{}", directory, run))) {
-        begun.insert(run);
-      } else if (complete.contains(run)) {
-        lost.insert(run);
-      }
-    }
-    if (!arguments.quiet) tell_of_lost_runs(directory, lost);
-    remove_other_runs(directory, begun);
-    journal.emplace(directory, begun, complete);
-  }
   std::size_t made = 0;
   const auto observers = [&](const std::string& run) {
     // Everything has been checked before this, so that a mistake does not delete the results of an
     // earlier study.
-    if (made++ == 0) {
-      if (!arguments.resume && remove_study(directory) && !arguments.quiet) {
-        print_note(fmt::format("{}: the results of an earlier study were deleted", directory));
-      }
-      if (!journal) journal.emplace(directory, std::set<std::string>(), std::set<std::string>());
-      write_study_begun(directory);
+    if (made++ == 0 && arguments.fresh && remove_study(directory) && !arguments.quiet) {
+      print_note(fmt::format("{}: the results of an earlier study were deleted", directory));
     }
-    journal->begin(run);
+    runs.begin_run(run, name);
     std::vector<std::unique_ptr<Observer>> result;
-    const std::string folder = fmt::format("{}/{}", directory, run);
-    make_own_directory(folder);
-    remove_output(folder + "/" + kStudyRowFile);
-    auto recorder = std::make_unique<RunRecorder>(folder, has_frames(run) ? scene.output.every : 0);
+    auto recorder = std::make_unique<RunRecorder>(runs.path(run),
+                                                  runs.has_frames(run) ? scene.output.every : 0);
     recorder->set_stop_code(&InterruptGuard::exit_code);
     result.push_back(std::move(recorder));
     result.push_back(std::make_unique<InterruptGuard>());
@@ -359,7 +313,7 @@ int study(const StudyArguments& arguments) {
   };
   const auto progress = [&](std::size_t index, std::size_t count, const PlannedRun& run) {
     // This comes after the checks of the settings, whose message is then the only one.
-    if (index == 0 && !arguments.quiet && has_implicit_runs(plan)) {
+    if (made == 0 && label.empty() && !arguments.quiet && has_implicit_runs(plan)) {
       if (const std::string warning = blas_warning(); !warning.empty()) print_warning(warning);
     }
     const std::string& variant = plan.variants[run.variant].name;
@@ -371,18 +325,19 @@ int study(const StudyArguments& arguments) {
   };
   const StudyResult result = [&] {
     const InterruptGuard between_runs;
-    return run_study(plan, mesh, observers, progress, memory, arguments.jobs);
+    return run_study(plan, mesh, observers, progress, runs.memory(goes_on), arguments.jobs);
   }();
 
-  if (arguments.resume && !arguments.quiet) {
+  if (goes_on && !arguments.quiet) {
+    const std::size_t count = plan.runs.size();
     print_note(made == 0 ? fmt::format("{}: the study was complete, and no run was made", directory)
                          : fmt::format("{}: {} of {} runs were kept", directory,
-                                       plan.run_count() - std::min(made, plan.run_count()),
-                                       plan.run_count()));
+                                       count - std::min(made, count), count));
   }
-  const std::string name = std::filesystem::path(arguments.scene).stem().string();
   const StudyProvenance provenance{command_line(), utc_now()};
   write_study(result, name, directory, provenance);
+  // They would be those of other runs.
+  for (const std::string& plot : old_plots) remove_output(plot);
   for (const std::string& remark : result.remarks) print_note(remark);
   // Whoever interrupts a study does not want to wait for pictures of a part of it.
   const bool stopped = result.is_interrupted || InterruptGuard::interrupted();
@@ -408,8 +363,9 @@ int study(const StudyArguments& arguments) {
     print_warning("the plots were not drawn: " + missing);
   } else if (stopped && !arguments.no_plots && !arguments.quiet) {
     print_note(
-        "the plots were not drawn, because the study was interrupted: the same command with "
-        "--resume makes the runs that are missing, and draws them");
+        "the plots were not drawn, because the study was interrupted: the same command makes the "
+        "runs "
+        "that are missing, and draws them");
   }
   return stopped ? InterruptGuard::exit_code() : 0;
 }
@@ -486,8 +442,12 @@ void add_study_command(CLI::App& app, int& exit_code) {
           "threads. Wall times count only where the machine has a core for each thread of "
           "all these runs.")
       ->check(CLI::Range(1, 1024));
-  command->add_flag("--resume", arguments->resume,
-                    "Keep the runs that an earlier call of the same study has completed");
+  command->add_flag(
+      "--fresh", arguments->fresh,
+      "Delete what an earlier study has left in the directory, and make all runs anew "
+      "(default: runs that compute the same are kept)");
+  command->add_flag("--resume", arguments->resume, "Nothing: runs are always kept without --fresh")
+      ->excludes("--fresh");
   command->add_flag("--all", arguments->all, "Print the table of all runs instead of the answer");
   command->add_option("--table", arguments->table,
                       "markdown or latex: print nothing but the table of the answer for a paper");

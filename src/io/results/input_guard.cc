@@ -15,6 +15,7 @@
 #include "io/study/study_page.h"
 #include "io/study/study_plots.h"
 #include "io/study/study_row_file.h"
+#include "io/study/study_track_file.h"
 #include "io/text/output_file.h"
 #include "result_folders.h"
 #include "tetraction/core/error.h"
@@ -59,9 +60,10 @@ bool is_plot(std::string_view name) {
 
 // In the folder of a run, of modes or of a study.
 bool is_result(std::string_view name) {
-  constexpr std::array<std::string_view, 12> kNames{
-      ".lock",     "history.csv",  "probes.csv",        "frames.pvd", "final.vtu",  "final.pvtu",
-      "modes.csv", "summary.json", kFailedElementsFile, "study.csv",  "study.json", kStudyRowFile};
+  constexpr std::array<std::string_view, 13> kNames{
+      ".lock",      "history.csv", "probes.csv",   "frames.pvd",        "final.vtu",
+      "final.pvtu", "modes.csv",   "summary.json", kFailedElementsFile, "study.csv",
+      "study.json", kStudyRowFile, kStudyTrackFile};
   return std::ranges::find(kNames, name) != kNames.end() || name == kStudyPage ||
          name == kStudyJournal || begins_and_ends(name, "mode_", {".vtu", ".pvd"}) || is_plot(name);
 }

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <system_error>
@@ -14,7 +15,6 @@
 #include "io/results/run_files.h"
 #include "io/study/study_page.h"
 #include "io/study/study_plots.h"
-#include "io/study/study_row_file.h"
 #include "io/text/foreign_json.h"
 #include "io/text/output_file.h"
 #include "tetraction/core/error.h"
@@ -31,10 +31,6 @@ constexpr const char* kModes = "computation of modes";
 bool is_there(const fs::path& path) {
   std::error_code error;
   return fs::exists(path, error);
-}
-
-bool holds_study(const fs::path& directory) {
-  return is_there(directory / "study.json") || is_there(directory / "study.csv");
 }
 
 bool holds_run(const fs::path& directory) {
@@ -87,6 +83,19 @@ std::vector<std::pair<std::string, std::string>> read_journal(const fs::path& di
   return runs;
 }
 
+// A name as a file with JSON has it: names of files need not be UTF-8, which JSON must be.
+nlohmann::json in_json(const std::string& name) {
+  return nlohmann::json::parse(
+      nlohmann::json(name).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
+}
+
+// The runs of the journal with their last states.
+std::map<std::string, std::string> states_of_runs(const fs::path& directory) {
+  std::map<std::string, std::string> states;
+  for (auto& [run, state] : read_journal(directory)) states[run] = state;
+  return states;
+}
+
 // Folders of runs that the journal of a study or study.json names. What is not the name of a folder there
 // is left out.
 std::vector<fs::path> folders_of_study(const fs::path& directory) {
@@ -122,7 +131,6 @@ void remove_results_of_run(const fs::path& folder) {
   {
     const DirectoryLock lock(folder.string());  // a run of its own may write there now
     remove_run(folder.string());
-    remove_output((folder / kStudyRowFile).string());
   }
   // The folder stays if there is something else in it.
   std::error_code not_empty;
@@ -202,9 +210,6 @@ void check_folder_of_study(const StudyPlan& plan, const std::string& directory) 
 
 std::set<std::string> run_names(const StudyPlan& plan) {
   std::set<std::string> names;
-  for (const PlannedReference& reference : plan.references) {
-    for (const PlannedRun& run : reference.runs) names.insert(run.directory);
-  }
   for (const PlannedRun& run : plan.runs) names.insert(run.directory);
   return names;
 }
@@ -215,16 +220,39 @@ void check_folder_of_modes(const Scene& scene, const std::string& directory) {
   refuse_inputs_among_results(input_files(scene), directory);
 }
 
+bool holds_study(const std::string& directory) {
+  const fs::path root(directory);
+  return is_there(root / "study.json") || is_there(root / "study.csv");
+}
+
+void refuse_other_study(const std::string& directory, const std::string& scene_name) {
+  const auto json = read_study(directory);
+  const auto& name = member_of(json, "scene");
+  if (!name.is_string() || name == in_json(scene_name)) return;
+  throw InputError(
+      fmt::format("{}: this directory holds the study of another scene, {}. Choose another "
+                  "directory with --out, or "
+                  "delete that study with --fresh.",
+                  directory, name.get<std::string>()));
+}
+
+std::vector<std::string> plots_of_study(const std::string& directory) {
+  const fs::path root(directory);
+  std::vector<std::string> plots = probe_plots(root);
+  for (const StudyPlot& plot : kStudyPlots) plots.emplace_back(plot.name);
+  std::vector<std::string> files;
+  for (const std::string& plot : plots) {
+    for (const char* ending : kPlotEndings) files.push_back((root / (plot + ending)).string());
+  }
+  return files;
+}
+
 bool remove_study(const std::string& directory) {
   const fs::path root(directory);
-  if (!holds_study(root)) return false;
+  if (!holds_study(directory)) return false;
   try {
     for (const fs::path& folder : folders_of_study(root)) remove_results_of_run(folder);
-    std::vector<std::string> plots = probe_plots(root);
-    for (const StudyPlot& plot : kStudyPlots) plots.emplace_back(plot.name);
-    for (const std::string& plot : plots) {
-      for (const char* ending : kPlotEndings) remove_output((root / (plot + ending)).string());
-    }
+    for (const std::string& plot : plots_of_study(directory)) remove_output(plot);
     remove_output((root / kStudyPage).string());
     remove_output((root / kStudyJournal).string());
     remove_output((root / "study.csv").string());
@@ -238,18 +266,11 @@ bool remove_study(const std::string& directory) {
   return true;
 }
 
-void remove_other_runs(const std::string& directory, const std::set<std::string>& kept) {
-  for (const fs::path& folder : folders_of_study(directory)) {
-    if (!kept.contains(folder.filename().string())) remove_results_of_run(folder);
-  }
-}
-
-StudyJournal::StudyJournal(const std::string& directory, const std::set<std::string>& begun,
-                           const std::set<std::string>& complete)
+StudyJournal::StudyJournal(const std::string& directory)
     : file_(directory + "/" + kStudyJournal, [&] {
         std::string text = kJournalHead;
-        for (const std::string& run : begun) {
-          text += line_of(run, complete.contains(run) ? kComplete : kBegun);
+        for (const auto& [run, state] : states_of_runs(directory)) {
+          if (is_entry(directory + "/" + run)) text += line_of(run, state.c_str());
         }
         return text;
       }()) {}
@@ -264,24 +285,21 @@ void StudyJournal::complete(const std::string& run) {
   file_.flush();
 }
 
-void write_study_begun(const std::string& directory) {
+void write_study_begun(const std::string& directory, const std::string& scene_name) {
   nlohmann::ordered_json json;
   json["version"] = version();
+  json["scene"] = in_json(scene_name).get<std::string>();
   json["message"] = "The study has not ended: it runs, or was cut off.";
   json["runs"] = nlohmann::ordered_json::array();
   write_text_file(directory + "/study.json", json.dump(2) + "\n");
 }
 
-std::set<std::string> completed_runs(const std::string& directory) {
-  std::set<std::string> runs;
-  for (const auto& [run, state] : read_journal(directory)) {
-    if (state == kComplete) {
-      runs.insert(run);
-    } else {
-      runs.erase(run);  // it is made again
-    }
+std::set<std::string> lost_runs(const std::string& directory) {
+  std::set<std::string> lost;
+  for (const auto& [run, state] : states_of_runs(directory)) {
+    if (state == kComplete && !is_entry(directory + "/" + run)) lost.insert(run);
   }
-  return runs;
+  return lost;
 }
 
 }  // namespace tetraction

@@ -26,6 +26,12 @@ void check_folder_of_study(const Scene& scene, const std::string& directory);
 /// Throws InputError if an input of the study is a file that its runs write or delete.
 void check_folder_of_study(const StudyPlan& plan, const std::string& directory);
 
+/// Throws InputError if `directory` holds the study of a scene with another name.
+void refuse_other_study(const std::string& directory, const std::string& scene_name);
+
+/// Whether there is a study in `directory`, also one that has not ended.
+bool holds_study(const std::string& directory);
+
 /// The folders of all runs of a study.
 std::set<std::string> run_names(const StudyPlan& plan);
 
@@ -33,25 +39,24 @@ std::set<std::string> run_names(const StudyPlan& plan);
 void check_folder_of_modes(const Scene& scene, const std::string& directory);
 
 /// Deletes the results of an earlier study in `directory`: study.csv, study.json, study.html, the plots, and the
-/// results in the folders of the runs that its journal and study.json name. Other files stay. Returns whether
+/// results in the folders of all runs that its journal and study.json name. Other files stay. Returns whether
 /// there was a study. Throws OutputError if something cannot be deleted.
 bool remove_study(const std::string& directory);
 
-/// Deletes the results in the folders of the runs that journal and study.json name, except those in
-/// these folders. Throws OutputError.
-void remove_other_runs(const std::string& directory, const std::set<std::string>& kept);
+/// The files of the plots of the study in `directory`, as its study.json names them.
+std::vector<std::string> plots_of_study(const std::string& directory);
 
 /// The file in the directory of a study that names the folders of its runs.
 inline constexpr const char* kStudyJournal = "study_runs.csv";
 
-/// The journal of a study: a table of its runs in the order in which they begin and are complete. It grows
-/// by a line at a time, so that the work does not grow with the number of runs, and it has all of them
-/// whenever the program is killed.
+/// The journal of a study: a table of the runs in its directory in the order in which they begin and are complete,
+/// also of those that are not asked for any more. It grows by a line at a time, so that the work does not grow with
+/// the number of runs, and it has all of them whenever the program is killed.
 class StudyJournal {
  public:
-  /// Begins the file anew with runs that are there already. Throws OutputError, as the functions do.
-  StudyJournal(const std::string& directory, const std::set<std::string>& begun,
-               const std::set<std::string>& complete);
+  /// Goes on with the runs of an earlier journal whose folders are still there. Throws OutputError, as the functions
+  /// do.
+  explicit StudyJournal(const std::string& directory);
 
   /// To be called before the folder of a run is made.
   void begin(const std::string& run);
@@ -61,11 +66,11 @@ class StudyJournal {
   RowFile file_;
 };
 
-/// The runs that are complete as the journal in this directory says.
-std::set<std::string> completed_runs(const std::string& directory);
+/// The runs that are complete as the journal in this directory says, and whose folders are not there.
+std::set<std::string> lost_runs(const std::string& directory);
 
-/// Writes a study.json that says that the study has not ended, so that a study that is cut off can be told
-/// from other files and deleted by the next one. Throws OutputError.
-void write_study_begun(const std::string& directory);
+/// Writes a study.json that says that the study of this scene has not ended, so that a study that is cut off can be
+/// told from other files. Throws OutputError.
+void write_study_begun(const std::string& directory, const std::string& scene_name);
 
 }  // namespace tetraction

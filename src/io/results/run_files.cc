@@ -7,6 +7,8 @@
 #include <vector>
 
 #include "failed_elements.h"
+#include "io/study/study_row_file.h"
+#include "io/study/study_track_file.h"
 #include "io/text/output_file.h"
 #include "tetraction/core/error.h"
 #include "tetraction/io/checkpoint_file.h"
@@ -53,10 +55,12 @@ void remove_frames(const std::string& directory, const std::vector<std::string>&
 }
 
 void remove_run(const std::string& directory) {
+  remove_output(directory + "/" + kStudyRowFile);  // first: it says that the others are complete
   remove_checkpoints(directory);
   remove_frames(directory);
   remove_end_of_run(directory);
-  for (const char* name : {"probes.csv", "history.csv"}) remove_output(directory + "/" + name);
+  for (const char* name : {"probes.csv", "history.csv", kStudyTrackFile})
+    remove_output(directory + "/" + name);
 }
 
 void remove_end_of_run(const std::string& directory) {

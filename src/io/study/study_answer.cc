@@ -30,12 +30,13 @@ class Facts {
   explicit Facts(const StudyResult& result) : result_(result) {
     for (const StudyRow& row : result.rows) {
       if (row.variant != result.rows.front().variant) continue;
+      if (row.role == StudyRole::kReference) continue;  // nobody asked for it
       rows_.push_back(&row);
       if (row.role == StudyRole::kVariant) continue;
       if (std::find(rules_.begin(), rules_.end(), rule_name(row)) == rules_.end()) {
         rules_.push_back(rule_name(row));
       }
-      if (row.status == RunStatus::kFinished && row.role == StudyRole::kRun &&
+      if (row.status == RunStatus::kFinished && row.role == StudyRole::kRun && !row.is_reference &&
           std::isfinite(error_of(row))) {
         compared_.push_back(&row);
       }

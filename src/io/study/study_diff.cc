@@ -92,11 +92,10 @@ StudyDiffRow row_of(const SortedJson& run, const Reader& read) {
     if (!words.empty()) read.word(run, field.name, words);
   }
   row.status = read.text(run, "status");
-  // The differences of the reference from itself are no errors.
-  const bool is_reference = read.text(run, "role") == to_string(StudyRole::kReference);
   for (const StudyField* field : shown_fields(kInDiff)) {
     const double value = read.number(run, field->name);
-    row.numbers[field->name] = is_reference && field->is_in(kIsError) ? kNoChange : value;
+    // The differences of the reference from itself, which are zero, are no errors.
+    row.numbers[field->name] = value == 0.0 && field->is_in(kIsError) ? kNoChange : value;
   }
   // Older versions do not write these.
   row.processor = text_of(run, "processor");
@@ -291,9 +290,11 @@ StudyFile read_study_file(const std::string& path) {
                                    Reader(file, "in \"reference\", "));
   study.reference_error = number_in(reference, "estimated_error");
   if (json["runs"].empty()) read.fail("\"runs\" is empty");
+  std::size_t entry = 0;
   for (const SortedJson& run : json["runs"]) {
-    study.rows.push_back(
-        row_of(run, Reader(file, fmt::format("in entry {} of \"runs\", ", study.rows.size() + 1))));
+    StudyDiffRow row = row_of(run, Reader(file, fmt::format("in entry {} of \"runs\", ", ++entry)));
+    // Nobody asked for runs that only serve as a reference.
+    if (run["role"] != to_string(StudyRole::kReference)) study.rows.push_back(std::move(row));
   }
   const bool has_stopped_runs = std::any_of(
       study.rows.begin(), study.rows.end(),

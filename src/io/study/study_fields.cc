@@ -179,7 +179,7 @@ void add_field(StudyGrid& grid, const StudyField& field, const StudyRow& row) {
   const nlohmann::ordered_json value = field_value(field, row);
   if (value.is_string()) return grid.text(value.get<std::string>());
   const bool is_error = field.is_in(kIsError);
-  if (is_error && row.role == StudyRole::kReference) {
+  if (is_error && row.is_reference) {
     return grid.text(field.member == StudyField::Member(&Row::position_error) ? "reference" : "");
   }
   // Explicit steps solve nothing.

@@ -2,16 +2,13 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <array>
-#include <cmath>
 #include <cstdint>
+#include <fstream>
 #include <map>
 #include <nlohmann/json.hpp>
-#include <utility>
-#include <vector>
 
 #include "core/fingerprint.h"
+#include "io/text/check_sum.h"
 #include "io/text/foreign_json.h"
 #include "io/text/output_file.h"
 #include "study_row_json.h"
@@ -22,14 +19,19 @@
 namespace tetraction {
 namespace {
 
-// The members of a ReferenceDifference, which may be absent.
-constexpr std::array<std::pair<const char*, double ReferenceDifference::*>, 3> kDifferences{
-    {{"reference_position_difference", &ReferenceDifference::position},
-     {"reference_position_difference_rms", &ReferenceDifference::position_rms},
-     {"reference_probe_difference", &ReferenceDifference::probe}}};
-
 std::string text_of(const Fingerprint& number) {
   return fmt::format("{:016x}", number.value());
+}
+
+// The version of the program, and its file, since builds of the same version may compute something else.
+std::string this_build() {
+  std::ifstream file("/proc/self/exe", std::ios::binary);
+  std::vector<char> bytes(std::size_t{1} << 20U);
+  std::uint32_t sum = 0;
+  while (file.read(bytes.data(), static_cast<std::streamsize>(bytes.size())) || file.gcount() > 0) {
+    sum = check_sum({bytes.data(), static_cast<std::size_t>(file.gcount())}, sum);
+  }
+  return fmt::format("{} {:08x}", version(), sum);
 }
 
 std::string digest_of(const TetMesh& mesh) {
@@ -42,103 +44,64 @@ std::string digest_of(const TetMesh& mesh) {
   return text_of(number);
 }
 
-std::string digest_of(const std::vector<double>& numbers) {
-  Fingerprint number;
-  for (const double each : numbers) number.add(each);
-  return fmt::format("{} of the digest {}", numbers.size(), text_of(number));
-}
-
-nlohmann::json scene_json(const StudyVariant& variant) {
-  nlohmann::json scene = nlohmann::json::parse(variant.scene.echo, nullptr, false);
-  if (scene.is_object()) {
-    scene.erase("output");
+// The scene as a text. Integrator and step are those of the run.
+std::string text_of(const Scene& scene) {
+  nlohmann::json json = nlohmann::json::parse(scene.echo, nullptr, false);
+  if (json.is_object()) {
+    json.erase("output");
+    for (const char* key : {"integrator", "step"}) json["time"].erase(key);
   } else {
-    scene = nullptr;  // that of a program
+    json = nullptr;  // that of a program
   }
   Fingerprint files;
-  for (const AmplitudeSettings& amplitude : variant.scene.amplitude) {
+  for (const AmplitudeSettings& amplitude : scene.amplitude) {
     for (const auto& [time, value] : amplitude.points) {
       files.add(time);
       files.add(value);
     }
   }
-  return {{"name", variant.name}, {"scene", scene}, {"amplitudes", text_of(files)}};
+  return json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace) + text_of(files);
 }
 
 }  // namespace
 
-StudyInputs::StudyInputs(const StudyPlan& plan, const TetMesh& mesh) {
+RunDigests::RunDigests(const StudyPlan& plan, const TetMesh& mesh) : build_(this_build()) {
   std::map<const TetMesh*, std::string> digests;
-  std::vector<nlohmann::json> scenes;
   for (const StudyVariant& variant : plan.variants) {
     const TetMesh& own = variant.mesh ? *variant.mesh : mesh;
     std::string& digest = digests[&own];
     if (digest.empty()) digest = digest_of(own);
-    scenes.push_back(scene_json(variant));
-    scenes.back()["mesh"] = digest;
-  }
-  const auto reference_json = [&](const PlannedReference& reference) {
-    nlohmann::json runs = nlohmann::json::array();
-    for (const PlannedRun& run : reference.runs) {
-      runs.push_back({run.directory, to_string(run.integrator), run.step, run.solver});
-    }
-    return nlohmann::json{{"variant", scenes[reference.variant()]}, {"runs", runs}};
-  };
-  // Runs are compared with the reference at times that depend on all steps.
-  std::vector<double> steps;
-  for (const PlannedRun& run : plan.runs) steps.push_back(run.step);
-  std::sort(steps.begin(), steps.end());
-  steps.erase(std::unique(steps.begin(), steps.end()), steps.end());
-  nlohmann::json json;
-  json["version"] = version();
-  json["end"] = plan.end;
-  json["error_probe"] = plan.error_probe;
-  json["steps"] = digest_of(steps);
-  // Further references are compared with the first one.
-  const nlohmann::json first = reference_json(plan.references.front());
-  const bool has_others = plan.references.size() > 1;
-  for (std::size_t i = 0; i < plan.variants.size(); ++i) {
-    const PlannedReference& reference = plan.references[plan.reference_of[i]];
-    json["variant"] = scenes[i];
-    json["reference"] = reference_json(reference);
-    json["first_reference"] = has_others ? first : nlohmann::json();
-    texts_.push_back(json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
+    scenes_.push_back(text_of(variant.scene) + digest);
   }
 }
 
-void write_study_row(const std::string& path, const StudyRow& row, const std::string& inputs) {
-  nlohmann::ordered_json json;
-  json["row"] = study_row_json(row);
-  if (row.extrapolation) json["extrapolation"] = extrapolation_json(*row.extrapolation);
-  const ReferenceDifference& difference = row.reference_difference;
-  for (const auto& [key, value] : kDifferences) {
-    if (std::isfinite(difference.*value)) json[key] = difference.*value;
-  }
-  json["inputs"] = nlohmann::ordered_json::parse(inputs);
+std::string RunDigests::of(const PlannedRun& run) const {
+  Fingerprint number;
+  number.add(build_);
+  number.add(scenes_[run.variant]);
+  number.add(to_string(run.integrator));
+  number.add(run.step);
+  number.add(run.solver);
+  return text_of(number);
+}
+
+void write_study_row(const std::string& path, const StudyRow& row, const std::string& digest) {
+  const nlohmann::ordered_json json{{"digest", digest}, {"row", study_row_json(row)}};
   write_text_file(
       path, json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
 }
 
 std::optional<StudyRow> read_study_row(const std::string& path, const PlannedRun& planned,
-                                       const std::string& inputs) {
+                                       const std::string& digest) {
   const auto json = parse_foreign_json(read_output(path));
-  const auto wanted = nlohmann::json::parse(inputs);
-  if (member_of(json, "inputs") != wanted) return {};
+  if (member_of(json, "digest") != digest) return {};
   std::optional<StudyRow> row = study_row_from_json(member_of(json, "row"));
   if (!row || row->integrator != planned.integrator || row->step != planned.step ||
-      row->solver != planned.solver || row->directory != planned.directory ||
-      member_of(member_of(wanted, "variant"), "name") != row->variant) {
+      row->solver != planned.solver || row->directory != planned.directory) {
     return {};
   }
-  if (json.contains("extrapolation")) {
-    row->extrapolation = extrapolation_from_json(json["extrapolation"]);
-    if (!row->extrapolation) return {};
-  }
-  for (const auto& [key, value] : kDifferences) {
-    if (!json.contains(key)) continue;
-    if (!json[key].is_number()) return {};
-    row->reference_difference.*value = json[key].get<double>();
-  }
+  row->role = planned.role;
+  row->compares_solver = planned.compares_solver;
   return row;
 }
 

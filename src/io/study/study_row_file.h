@@ -1,5 +1,4 @@
-// The result of one run of a study in a file of its own, so that a study can go on after it was
-// stopped.
+// The result of one run of a study in a file of its own, so that other studies of the same scene can take it over.
 #pragma once
 
 #include <optional>
@@ -13,26 +12,27 @@ namespace tetraction {
 /// The name of the file in the folder of a run.
 inline constexpr const char* kStudyRowFile = "study_row.json";
 
-/// What the results of the runs of a study depend on. [output] does not count.
-class StudyInputs {
+/// Numbers that tell what the runs of a study compute. Runs with the same one have the same results, whatever study
+/// they belong to.
+class RunDigests {
  public:
-  StudyInputs(const StudyPlan& plan, const TetMesh& mesh);
+  RunDigests(const StudyPlan& plan, const TetMesh& mesh);
 
-  /// Of the runs of a variant: program version, scene, mesh, end, error probe, steps, and the scenes,
-  /// meshes and runs of its reference and of the first one, as a text. Other variants do not count, so
-  /// that its length does not grow with their number.
-  const std::string& of_variant(std::size_t variant) const { return texts_[variant]; }
+  /// Made from the build of the program, the scene without [output], its mesh and the files that it reads, and
+  /// from integrator, step and solver of the run.
+  std::string of(const PlannedRun& run) const;
 
  private:
-  std::vector<std::string> texts_;
+  std::string build_;
+  std::vector<std::string> scenes_;  // with the mesh, of each variant
 };
 
-/// Writes the row of a run that was made with these inputs. Throws OutputError.
-void write_study_row(const std::string& path, const StudyRow& row, const std::string& inputs);
+/// Writes the row of a run with this digest. Throws OutputError.
+void write_study_row(const std::string& path, const StudyRow& row, const std::string& digest);
 
 /// The row of the planned run in this file, or nothing if the file is not there, is not such a file, or
-/// belongs to another run or to other inputs.
+/// has another digest.
 std::optional<StudyRow> read_study_row(const std::string& path, const PlannedRun& planned,
-                                       const std::string& inputs);
+                                       const std::string& digest);
 
 }  // namespace tetraction

@@ -73,21 +73,4 @@ nlohmann::ordered_json extrapolation_json(const ReferenceExtrapolation& extrapol
   return json;
 }
 
-std::optional<ReferenceExtrapolation> extrapolation_from_json(const nlohmann::json& json) {
-  ReferenceExtrapolation found;
-  try {
-    found.step = json.at("step").get<double>();
-    for (const auto& [key, member] : kFlags) found.*member = json.at(key).get<bool>();
-    for (const auto& [key, member] : kReasons) found.*member = json.at(key).get<std::string>();
-    for (const auto& [key, member] : kNumbers) {
-      const nlohmann::json& value = json.at(key);
-      found.*member =
-          value.is_null() ? std::numeric_limits<double>::quiet_NaN() : value.get<double>();
-    }
-  } catch (const nlohmann::json::exception&) {
-    return {};
-  }
-  return found;
-}
-
 }  // namespace tetraction

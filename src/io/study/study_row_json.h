@@ -19,7 +19,4 @@ std::optional<StudyRow> study_row_from_json(const nlohmann::json& json);
 /// What became of an extrapolated reference.
 nlohmann::ordered_json extrapolation_json(const ReferenceExtrapolation& extrapolation);
 
-/// The same again, or nothing if a member is missing or is no number.
-std::optional<ReferenceExtrapolation> extrapolation_from_json(const nlohmann::json& json);
-
 }  // namespace tetraction

@@ -74,7 +74,7 @@ std::string step_range_conflict(const TimeSettings& time) {
   return {};
 }
 
-bool adapts(const TimeSettings& time) {
+bool has_adaptive_steps(const TimeSettings& time) {
   return time.adapt != StepAdaptation::kNone;
 }
 
@@ -158,14 +158,14 @@ SceneSection time_section() {
          .range = kPositive,
          .absent = "a millionth of `step`; with `\"energy\"` a tenth"},
         &S::min_step,
-        adapts},
+        has_adaptive_steps},
        {{.name = "max_step",
          .unit = "s",
          .help = "of `adapt`: the largest step",
          .range = kPositive,
          .absent = "100 times `step`; with `\"energy\"` 10 times"},
         &S::max_step,
-        adapts}},
+        has_adaptive_steps}},
       {{{"step"}, automatic_step_conflict},
        {{"retry"}, retry_conflict},
        {{"adapt"}, adaptation_conflict},

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <optional>
+#include <tuple>
 #include <utility>
 
 #include "core/quoting.h"
@@ -127,16 +129,107 @@ PlannedRun planned_run(const StudyPlan& plan, std::size_t variant, Integrator in
   return run;
 }
 
-void check_comparison(const SolverComparison& wanted, const Scene& scene) {
-  SolverSettings solver = scene.solver;
-  solver.kind = wanted.solver;
-  solver.linear = LinearSolver::kAuto;
-  check_settings(solver);
-  if (solver.kind == scene.solver.kind) {
+// Adds a run unless it is there already. Returns its index.
+std::size_t add_run(StudyPlan& plan, PlannedRun run) {
+  const auto found = std::find_if(plan.runs.begin(), plan.runs.end(), [&](const PlannedRun& other) {
+    return other.directory == run.directory;
+  });
+  if (found != plan.runs.end()) return static_cast<std::size_t>(found - plan.runs.begin());
+  plan.runs.push_back(std::move(run));
+  return plan.runs.size() - 1;
+}
+
+// `run` is that with the scene's own solver.
+void add_comparison(StudyPlan& plan, PlannedRun run, const SolverComparison& wanted) {
+  SolverSettings solver = plan.variants[run.variant].scene.solver;
+  if (wanted.solver == solver.kind) {
     throw InputError(fmt::format(
         "The scene's own solver is {} already, so that there is nothing to compare it with. To run "
         "it at {} s, add that step to the steps of the study.",
         solver.kind, wanted.step));
+  }
+  solver.kind = wanted.solver;
+  solver.linear = LinearSolver::kAuto;
+  check_settings(solver);
+  checked_step(wanted.step, plan.end, fmt::format("The step at which {} is compared", solver.kind));
+  run.solver = wanted.solver;
+  run.compares_solver = true;
+  run.directory += "-" + wanted.solver;
+  const std::size_t count = plan.runs.size();
+  if (add_run(plan, std::move(run)) < count) {
+    throw InputError(
+        fmt::format("The solver {} at {} s is there twice.", wanted.solver, wanted.step));
+  }
+}
+
+// The step of a second run that tells the error of a reference with this step, or nothing if there is no longer one at
+// which its rule can be stable.
+std::optional<double> second_step(const StudyPlan& plan, Integrator integrator, double step) {
+  constexpr double kStable = 0.9;
+  constexpr double kLonger = 1.05;
+  double second = std::min(2.0 * step, plan.end);
+  if (!is_implicit(integrator) && second > kStable * plan.stable_step) {
+    second = kStable * plan.stable_step;
+  }
+  if (second < kLonger * step) return {};
+  return second;
+}
+
+// Whether a run of the study tells the error of this reference.
+bool tells_the_error(const StudyPlan& plan, const PlannedRun& run, const PlannedRun& reference) {
+  return run.variant == reference.variant && run.integrator == reference.integrator &&
+         run.step > reference.step && (is_implicit(run.integrator) || run.step <= plan.stable_step);
+}
+
+// Adds the runs of the references, and gives all runs their order and roles.
+void add_references(StudyPlan& plan, const StudySettings& settings, double finest_step) {
+  const double step = settings.reference_step
+                          ? checked_step(*settings.reference_step, plan.end, "The reference step")
+                          : finest_step;
+  std::vector<double> steps{step};
+  if (settings.reference_kind == ReferenceKind::kRichardson) {
+    steps = {2.0 * step, step, 0.5 * step};
+    checked_step(steps.front(), plan.end, "Twice the reference step");
+    checked_step(steps.back(), plan.end, "Half the reference step");
+  }
+  std::vector<std::vector<std::string>> folders(plan.references.size());
+  const std::size_t asked = plan.runs.size();
+  for (std::size_t i = 0; i < plan.references.size(); ++i) {
+    const std::size_t variant = plan.references[i].variant;
+    const auto add = [&](double of) {
+      return add_run(plan, planned_run(plan, variant, settings.reference_integrator, of));
+    };
+    for (const double of : steps) folders[i].push_back(plan.runs[add(of)].directory);
+    const PlannedRun reference = plan.runs[add(steps.back())];
+    const bool is_known =
+        std::any_of(plan.runs.begin(), plan.runs.end(),
+                    [&](const PlannedRun& run) { return tells_the_error(plan, run, reference); });
+    if (is_known) continue;
+    if (const auto second = second_step(plan, reference.integrator, reference.step)) add(*second);
+  }
+
+  std::map<std::pair<std::size_t, Integrator>, std::size_t> blocks;  // in their order
+  for (std::size_t i = 0; i < plan.runs.size(); ++i) {
+    PlannedRun& run = plan.runs[i];
+    blocks.emplace(std::make_pair(run.variant, run.integrator), i);
+    if (i >= asked) {
+      run.role = StudyRole::kReference;
+    } else if (run.variant != plan.references[plan.reference_of[run.variant]].variant) {
+      run.role = StudyRole::kVariant;
+    }
+  }
+  const auto place = [&](const PlannedRun& run) {
+    return std::make_tuple(run.variant, blocks.at({run.variant, run.integrator}),
+                           run.compares_solver, run.compares_solver ? 0.0 : run.step);
+  };
+  std::stable_sort(plan.runs.begin(), plan.runs.end(),
+                   [&](const PlannedRun& a, const PlannedRun& b) { return place(a) < place(b); });
+  for (std::size_t i = 0; i < plan.references.size(); ++i) {
+    for (const std::string& folder : folders[i]) {
+      PlannedRun run;
+      run.directory = folder;
+      plan.references[i].runs.push_back(add_run(plan, std::move(run)));
+    }
   }
 }
 
@@ -181,8 +274,7 @@ bool keeps_the_motion(const std::string& key, bool has_error_probe) {
   return section == "solver" || (section == "probe" && !has_error_probe);
 }
 
-// Gives each variant the reference of the first one with the same motion. Of the references only the
-// variant is known then.
+// Gives each variant the reference of the first one with the same motion, whose runs are not known yet.
 void group_variants(StudyPlan& plan, const TetMesh& mesh) {
   std::map<std::vector<std::pair<std::string, std::string>>, std::size_t> known;
   for (std::size_t variant = 0; variant < plan.variants.size(); ++variant) {
@@ -199,9 +291,7 @@ void group_variants(StudyPlan& plan, const TetMesh& mesh) {
     }
     const std::size_t index = plan.references.size();
     if (has_values) known.emplace(std::move(motion), index);
-    PlannedRun first;
-    first.variant = variant;
-    plan.references.push_back({{first}, {}});
+    plan.references.push_back({variant, {}});
     plan.reference_of.push_back(index);
     plan.has_first_mesh.push_back(have_same_elements(mesh_of(plan.variants.front(), mesh),
                                                      mesh_of(plan.variants[variant], mesh)));
@@ -209,6 +299,30 @@ void group_variants(StudyPlan& plan, const TetMesh& mesh) {
 }
 
 }  // namespace
+
+std::string to_string(StudyRole role) {
+  switch (role) {
+    case StudyRole::kReference:
+      return "reference";
+    case StudyRole::kVariant:
+      return "variant";
+    case StudyRole::kRun:
+      break;
+  }
+  return "run";
+}
+
+std::string to_string(ReferenceKind kind) {
+  return kind == ReferenceKind::kRun ? "run" : "richardson";
+}
+
+ReferenceKind reference_kind_from_string(const std::string& name) {
+  for (const ReferenceKind kind : {ReferenceKind::kRun, ReferenceKind::kRichardson}) {
+    if (name == to_string(kind)) return kind;
+  }
+  throw InputError(
+      fmt::format("{} is not a kind of reference; there are run and richardson.", in_quotes(name)));
+}
 
 StudyPlan plan_study(const Scene& scene, const TetMesh& mesh, const StudySettings& settings) {
   StudyPlan plan;
@@ -242,57 +356,20 @@ StudyPlan plan_study(const Scene& scene, const TetMesh& mesh, const StudySetting
         "or "
         "backward-euler to its integrators.");
   }
+  group_variants(plan, mesh);
   for (std::size_t variant = 0; variant < plan.variants.size(); ++variant) {
     for (auto integrator = integrators.begin(); integrator != integrators.end(); ++integrator) {
       for (const double step : steps) {
-        plan.runs.push_back(planned_run(plan, variant, *integrator, step));
+        add_run(plan, planned_run(plan, variant, *integrator, step));
       }
       if (variant > 0 || integrator != implicit) continue;
       for (const SolverComparison& wanted : settings.solver_comparisons) {
-        check_comparison(wanted, first);
-        const double step = checked_step(
-            wanted.step, plan.end, fmt::format("The step at which {} is compared", wanted.solver));
-        PlannedRun run = planned_run(plan, variant, *integrator, step);
-        run.solver = wanted.solver;
-        run.compares_solver = true;
-        run.directory += "-" + wanted.solver;
-        for (const PlannedRun& other : plan.runs) {
-          if (other.directory != run.directory) continue;
-          throw InputError(
-              fmt::format("The solver {} at {} s is there twice.", wanted.solver, wanted.step));
-        }
-        plan.runs.push_back(run);
+        add_comparison(plan, planned_run(plan, variant, *integrator, wanted.step), wanted);
       }
     }
   }
-
   check_solvers(plan, mesh);
-
-  const double reference_step =
-      settings.reference_step
-          ? checked_step(*settings.reference_step, plan.end, "The reference step")
-          : steps.front();
-  std::vector<double> reference_steps{reference_step};
-  if (settings.reference_kind == ReferenceKind::kRichardson) {
-    reference_steps = {2.0 * reference_step, reference_step, 0.5 * reference_step};
-    checked_step(reference_steps.front(), plan.end, "Twice the reference step");
-    checked_step(reference_steps.back(), plan.end, "Half the reference step");
-  }
-  group_variants(plan, mesh);
-  for (PlannedReference& reference : plan.references) {
-    const std::size_t variant = reference.runs.back().variant;
-    reference.runs.clear();
-    for (const double step : reference_steps) {
-      PlannedRun run = planned_run(plan, variant, settings.reference_integrator, step);
-      const bool is_row =
-          std::any_of(plan.runs.begin(), plan.runs.end(), [&](const PlannedRun& other) {
-            return other.directory == run.directory && other.step == step;
-          });
-      if (!is_row) run.directory.insert(0, "reference-");
-      reference.runs.push_back(run);
-      reference.is_row.push_back(is_row);
-    }
-  }
+  add_references(plan, settings, steps.front());
   return plan;
 }
 

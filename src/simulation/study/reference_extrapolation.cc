@@ -1,4 +1,4 @@
-#include "study_extrapolation.h"
+#include "reference_extrapolation.h"
 
 #include <fmt/format.h>
 
@@ -31,12 +31,12 @@ Differences differences_of(const Vector& a, const Vector& b, const Vector& c, do
 }
 
 // Root mean squares over the times of the tracks.
-Differences differences_over_time(const std::array<ReferenceRecord*, 3>& records, double share) {
+Differences differences_over_time(const std::array<const MotionTrack*, 3>& tracks, double share) {
   Differences sums;
-  const std::size_t count = records[2]->track.sample_count();
-  for (std::size_t i = 0; i < count; ++i) {
-    const Differences d = differences_of(records[0]->track.sample(i), records[1]->track.sample(i),
-                                         records[2]->track.sample(i), share);
+  const std::size_t count = tracks[2]->count;
+  for (std::size_t k = 0; k < count; ++k) {
+    const Differences d = differences_of(tracks[0]->positions[k], tracks[1]->positions[k],
+                                         tracks[2]->positions[k], share);
     sums.coarse += d.coarse * d.coarse;
     sums.fine += d.fine * d.fine;
     sums.extrapolated += d.extrapolated * d.extrapolated;
@@ -46,13 +46,13 @@ Differences differences_over_time(const std::array<ReferenceRecord*, 3>& records
 }
 
 // The largest differences of the error probe.
-Differences differences_of_probes(const std::array<ReferenceRecord*, 3>& records, double share) {
-  const ReferenceProbe& a = records[0]->probe;
-  const ReferenceProbe& b = records[1]->probe;
-  const ReferenceProbe& c = records[2]->probe;
-  ReferenceProbe best = c;
+Differences differences_of_probes(const std::array<const ProbeRecord*, 3>& records, double share) {
+  const ProbeRecord& a = *records[0];
+  const ProbeRecord& b = *records[1];
+  const ProbeRecord& c = *records[2];
+  ProbeRecord best = c;
   best.extrapolate(share, b);
-  ReferenceProbe coarser = b;
+  ProbeRecord coarser = b;
   coarser.extrapolate(share, a);
   return {a.largest_difference(b), b.largest_difference(c), coarser.largest_difference(best)};
 }
@@ -93,32 +93,26 @@ std::string equal_runs(const Differences& found, double scale) {
 
 }  // namespace
 
-ReferenceDistance distance_between(const ReferenceRecord& run, const ReferenceRecord& reference) {
-  ReferenceDistance distance;
-  distance.at_end = (run.track.last() - reference.track.last()).norm();
-  double squares = 0.0;
-  double count = 0.0;
-  for (std::size_t i = 0; i < run.track.sample_count(); ++i) {
-    if (!run.track.is_step(i)) continue;
-    squares += (run.track.sample(i) - reference.track.sample(i)).squaredNorm();
-    count += 1.0;
-  }
-  distance.over_time = count > 0.0 ? std::sqrt(squares / count) : kNoOrder;
-  if (run.probe.has_values()) distance.of_probe = run.probe.largest_difference(reference.probe);
-  return distance;
+Inexactness inexactness(const StudyRow& row) {
+  const double residuals = row.angular_momentum_drift_allowed;
+  return {residuals > 0.0 ? residuals : 0.0,
+          std::numeric_limits<double>::epsilon() * (10.0 + static_cast<double>(row.steps))};
 }
 
-ExtrapolatedReference extrapolate_reference(Integrator integrator, double step,
-                                            const Inexactness& inexact,
-                                            std::array<ReferenceRecord*, 3> records) {
+ExtrapolatedReference extrapolate_reference(
+    Integrator integrator, double step, const Inexactness& inexact, const std::string& probe,
+    const std::array<std::shared_ptr<const MotionTrack>, 3>& tracks) {
   const int p = order(integrator);
   const double share = 1.0 / (std::pow(2.0, p) - 1.0);
-  const bool has_probe = records[2]->probe.has_values();
+  const std::array<const ProbeRecord*, 3> probes{tracks[0]->probe(probe), tracks[1]->probe(probe),
+                                                 tracks[2]->probe(probe)};
+  const bool has_probe = probes[2] != nullptr;
 
-  const Differences at_end = differences_of(records[0]->track.last(), records[1]->track.last(),
-                                            records[2]->track.last(), share);
-  const Differences over_time = differences_over_time(records, share);
-  const Differences of_probe = has_probe ? differences_of_probes(records, share) : Differences{};
+  const Differences at_end =
+      differences_of(tracks[0]->last(), tracks[1]->last(), tracks[2]->last(), share);
+  const Differences over_time =
+      differences_over_time({tracks[0].get(), tracks[1].get(), tracks[2].get()}, share);
+  const Differences of_probe = has_probe ? differences_of_probes(probes, share) : Differences{};
 
   ExtrapolatedReference made;
   ReferenceExtrapolation& result = made.result;
@@ -127,12 +121,14 @@ ExtrapolatedReference extrapolate_reference(Integrator integrator, double step,
   result.order_over_time = over_time.order();
   if (has_probe) result.order_of_probe = of_probe.order();
 
-  ReferenceRecord& finest = *records[2];
+  const MotionTrack& finest = *tracks[2];
+  const TrackScales finest_scales = scales_of(finest);
+  const double finest_probe = has_probe ? probes[2]->largest() : 0.0;
   // What is inexact in the motion may be anywhere in it at the end. Positions are rounded, not
   // displacements.
-  const double scale = std::max(finest.track.scale_at_end(), finest.track.scale_over_time());
-  const double level = (inexact.residuals + inexact.round_off) * scale +
-                       inexact.round_off * finest.track.last().norm();
+  const double scale = std::max(finest_scales.at_end, finest_scales.over_time);
+  const double level =
+      (inexact.residuals + inexact.round_off) * scale + inexact.round_off * finest.last().norm();
   {
     const Order end = judged(at_end, p, level);
     const Order time = judged(over_time, p, level);
@@ -145,31 +141,30 @@ ExtrapolatedReference extrapolate_reference(Integrator integrator, double step,
     if (!misses.empty()) {
       result.reason = while_theory(misses, p);
     } else if (result.is_exact) {
-      result.reason = equal_runs(over_time, finest.track.scale_over_time());
+      result.reason = equal_runs(over_time, finest_scales.over_time);
     }
     result.is_valid = result.reason.empty();
   }
   if (has_probe) {
-    const Order found = judged(of_probe, p, level / scale * finest.probe.largest());
+    const Order found = judged(of_probe, p, level / scale * finest_probe);
     result.probe_is_exact = found == Order::kHidden;
     if (found == Order::kMissed) {
       result.probe_reason = while_theory(miss(result.order_of_probe, "of the probe"), p);
     } else if (result.probe_is_exact) {
-      result.probe_reason =
-          equal_runs(of_probe, finest.probe.largest() > 0.0 ? finest.probe.largest() : 1.0);
+      result.probe_reason = equal_runs(of_probe, finest_probe > 0.0 ? finest_probe : 1.0);
     }
     result.probe_is_valid = result.probe_reason.empty();
   }
 
+  made.motion = tracks[2];
   if (result.is_valid || (has_probe && result.probe_is_valid)) {
-    ReferenceRecord best = finest;
-    if (result.is_valid) best.track.combine(1.0 + share, records[1]->track);
-    if (has_probe && result.probe_is_valid) best.probe.extrapolate(share, records[1]->probe);
-    made.distances[2] = distance_between(finest, best);
-    finest = std::move(best);
-  }
-  for (std::size_t run = 0; run < 2; ++run) {
-    made.distances[run] = distance_between(*records[run], finest);
+    auto best = std::make_shared<MotionTrack>(finest);
+    if (result.is_valid) best->extrapolate(share, *tracks[1]);
+    if (has_probe && result.probe_is_valid) {
+      const auto place = static_cast<std::size_t>(probes[2] - finest.probes.data());
+      best->probes[place].extrapolate(share, *probes[1]);
+    }
+    made.motion = std::move(best);
   }
 
   // The leading term of the extrapolation is at least of order p + 1.
@@ -178,15 +173,16 @@ ExtrapolatedReference extrapolate_reference(Integrator integrator, double step,
     if (!(unit > 0.0)) return kNoOrder;
     return (is_valid ? next * d.extrapolated : (is_exact ? 1.0 : share) * d.fine) / unit;
   };
-  const double scale_at_end = finest.track.scale_at_end();
-  result.error_at_end = error_of(at_end, result.is_valid, result.is_exact, scale_at_end);
-  result.error_over_time =
-      error_of(over_time, result.is_valid, result.is_exact, finest.track.scale_over_time());
+  const TrackScales scales = scales_of(*made.motion);
+  result.error_at_end = error_of(at_end, result.is_valid, result.is_exact, scales.at_end);
+  result.error_over_time = error_of(over_time, result.is_valid, result.is_exact, scales.over_time);
   if (has_probe) {
-    result.error_of_probe =
-        error_of(of_probe, result.probe_is_valid, result.probe_is_exact, finest.probe.largest());
+    result.error_of_probe = error_of(of_probe, result.probe_is_valid, result.probe_is_exact,
+                                     made.motion->probe(probe)->largest());
   }
-  if (result.is_valid) result.finest_error_at_end = made.distances[2].at_end / scale_at_end;
+  if (result.is_valid) {
+    result.finest_error_at_end = (finest.last() - made.motion->last()).norm() / scales.at_end;
+  }
   return made;
 }
 

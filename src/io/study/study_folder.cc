@@ -1,0 +1,88 @@
+#include "study_folder.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <utility>
+
+#include "io/text/output_file.h"
+#include "study_track_file.h"
+
+namespace tetraction {
+namespace {
+
+bool is_of_type(const std::string& path, std::filesystem::file_type type) {
+  std::error_code unreadable;
+  return std::filesystem::symlink_status(path, unreadable).type() == type;
+}
+
+}  // namespace
+
+StudyFolder::StudyFolder(std::string directory, const StudyPlan& plan, const TetMesh& mesh,
+                         const std::vector<std::string>& frames)
+    : directory_(std::move(directory)),
+      plan_(plan),
+      mesh_(mesh),
+      digests_(plan, mesh),
+      frames_(frames.begin(), frames.end()) {}
+
+StudyMemory StudyFolder::memory(bool keeps) {
+  StudyMemory memory;
+  if (keeps) memory.kept = [this](const PlannedRun& run) { return kept(run); };
+  memory.made = [this](const PlannedRun& run, const StudyRow& row, const MotionTrack& track) {
+    keep(run, row, track);
+  };
+  memory.track = [this](const PlannedRun& run) { return track(run); };
+  return memory;
+}
+
+void StudyFolder::begin_run(const std::string& run, const std::string& scene_name) {
+  if (!journal_) {
+    write_study_begun(directory_, scene_name);
+    journal_.emplace(directory_);
+  }
+  journal_->begin(run);
+  make_own_directory(path(run));
+}
+
+void StudyFolder::keep(const PlannedRun& run, const StudyRow& row, const MotionTrack& track) {
+  const std::string digest = digests_.of(run);
+  write_study_track(file(run, kStudyTrackFile), track, digest);
+  // The row comes last: it says that the run is complete.
+  write_study_row(file(run, kStudyRowFile), row, digest);
+  journal_->complete(run.directory);
+}
+
+std::string StudyFolder::file(const PlannedRun& run, const char* name) const {
+  return path(run.directory) + "/" + name;
+}
+
+std::shared_ptr<const MotionTrack> StudyFolder::track(const PlannedRun& run) const {
+  std::shared_ptr<const MotionTrack> track =
+      read_study_track(file(run, kStudyTrackFile), digests_.of(run));
+  const auto& own = plan_.variants[run.variant].mesh;
+  const bool is_of_body = track && track->rest.size() == 3 * (own ? *own : mesh_).vertex_count();
+  if (!is_of_body) return nullptr;
+  for (const ProbeColumns& probe : plan_.probes) {
+    if (probe.name != plan_.error_probe) continue;
+    const ProbeRecord* record = track->probe(probe.name);
+    if (record == nullptr || record->width != probe.size()) return nullptr;
+  }
+  return track;
+}
+
+// The row of a run that computed the same, if all its files are there. Links are none of them, because what they
+// lead to may be of another study.
+std::optional<StudyRow> StudyFolder::kept(const PlannedRun& run) const {
+  using Type = std::filesystem::file_type;
+  std::vector<std::string> files{"history.csv", "final.vtu", "summary.json"};
+  if (!plan_.variants[run.variant].scene.probe.empty()) files.emplace_back("probes.csv");
+  if (has_frames(run.directory)) files.emplace_back("frames.pvd");
+  const bool has_files = is_of_type(path(run.directory), Type::directory) &&
+                         std::all_of(files.begin(), files.end(), [&](const std::string& name) {
+                           return is_of_type(file(run, name.c_str()), Type::regular);
+                         });
+  if (!has_files || !track(run)) return {};
+  return read_study_row(file(run, kStudyRowFile), run, digests_.of(run));
+}
+
+}  // namespace tetraction

@@ -1,0 +1,237 @@
+// Makes the runs of a study.
+#include <algorithm>
+#include <atomic>
+#include <ctime>
+#include <exception>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <utility>
+
+#include "tetraction/core/parallel.h"
+#include "tetraction/core/provenance.h"
+#include "tetraction/simulation/study.h"
+
+namespace tetraction {
+namespace {
+
+constexpr double kNotKnown = std::numeric_limits<double>::quiet_NaN();
+
+// Stops a run if another one was stopped or has thrown an exception.
+class StopWithOthers : public Observer {
+ public:
+  explicit StopWithOthers(const std::atomic<bool>& flag) : flag_(flag) {}
+  bool on_step(const Session&) override { return !flag_; }
+
+ private:
+  const std::atomic<bool>& flag_;
+};
+
+// The processor time of the steps of a run. One of these is its first observer, which stops the clock, and one the last,
+// which starts it again: the others work in between.
+class StepClock : public Observer {
+ public:
+  struct Reading {
+    std::optional<clockid_t> clock;  // none if the time cannot be attributed to a run
+    double seconds = 0.0;
+    std::optional<double> since{};
+
+    double now() const {
+      timespec time{};
+      if (clock) ::clock_gettime(*clock, &time);
+      return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
+    }
+    double total() const { return clock ? seconds : kNotKnown; }
+  };
+
+  StepClock(Reading& reading, bool starts) : reading_(reading), starts_(starts) {}
+  void on_start(const Session&) override { turn(); }
+  bool on_step(const Session&) override {
+    turn();
+    return true;
+  }
+  void on_finish(const Session&) override {
+    if (!starts_) turn();
+  }
+
+ private:
+  void turn() {
+    const double now = reading_.now();
+    if (!starts_ && reading_.since) reading_.seconds += now - *reading_.since;
+    reading_.since = starts_ ? std::optional(now) : std::nullopt;
+  }
+
+  Reading& reading_;
+  bool starts_;
+};
+
+// How the runs of a study are made: as many at a time as there are jobs.
+struct Workers {
+  bool shares_machine = false;     // whether the machine has too few cores for all of them
+  std::optional<clockid_t> clock;  // that of a run, if there is one
+};
+
+Workers workers_for(std::size_t count, int jobs) {
+  const std::size_t together =
+      std::min<std::size_t>(count, static_cast<std::size_t>(std::max(1, jobs)));
+  const int threads = thread_count();
+  Workers workers;
+  workers.shares_machine =
+      together * static_cast<std::size_t>(threads) > static_cast<std::size_t>(this_machine().cores);
+  if (together < 2) {
+    workers.clock = CLOCK_PROCESS_CPUTIME_ID;
+  } else if (threads == 1) {
+    workers.clock = CLOCK_THREAD_CPUTIME_ID;
+  }
+  return workers;
+}
+
+class StudyRuns {
+ public:
+  StudyRuns(const StudyPlan& plan, const TetMesh& mesh, const ObserverFactory& observers,
+            const StudyProgress& progress, const StudyMemory& memory)
+      : plan_(plan), mesh_(mesh), observers_(observers), progress_(progress), memory_(memory) {}
+
+  StudyResult make(int jobs) {
+    std::vector<std::optional<StudyRow>> rows(plan_.runs.size());
+    std::vector<std::size_t> missing;
+    for (const std::size_t i : order()) {
+      if (memory_.kept) rows[i] = memory_.kept(plan_.runs[i]);
+      if (!rows[i]) missing.push_back(i);
+    }
+    done_ = plan_.runs.size() - missing.size();
+    const Workers workers = workers_for(missing.size(), jobs);
+    run_jobs(static_cast<Index>(missing.size()), jobs, [&](Index place) {
+      if (is_cancelled_) return;
+      const std::size_t i = missing[static_cast<std::size_t>(place)];
+      try {
+        rows[i] = make_run(plan_.runs[i], workers);
+      } catch (...) {
+        is_cancelled_ = true;
+        throw;
+      }
+    });
+    return compare_runs(plan_, rows, [this](const PlannedRun& run) {
+      if (memory_.track) return memory_.track(run);
+      const auto found = tracks_.find(run.directory);
+      return found == tracks_.end() ? nullptr : found->second;
+    });
+  }
+
+ private:
+  // The references come first, so that what is known of a study that is stopped has errors.
+  std::vector<std::size_t> order() const {
+    std::vector<std::size_t> runs;
+    for (const PlannedReference& reference : plan_.references) {
+      runs.insert(runs.end(), reference.runs.begin(), reference.runs.end());
+    }
+    for (std::size_t i = 0; i < plan_.runs.size(); ++i) {
+      if (std::find(runs.begin(), runs.end(), i) == runs.end()) runs.push_back(i);
+    }
+    return runs;
+  }
+
+  StudyRow make_run(const PlannedRun& run, const Workers& workers) {
+    {
+      const std::lock_guard lock(calling_);
+      if (progress_) progress_(done_, plan_.runs.size(), run);
+      ++done_;
+    }
+    MotionRecorder recorder;
+    StudyRow row = row_of(run, recorder, workers);
+    if (row.status == RunStatus::kCancelled) {
+      is_cancelled_ = true;
+      return row;
+    }
+    const std::lock_guard lock(calling_);
+    if (memory_.made) memory_.made(run, row, recorder.track());
+    if (!memory_.track) {
+      tracks_[run.directory] = std::make_shared<const MotionTrack>(recorder.take());
+    }
+    return row;
+  }
+
+  StudyRow row_of(const PlannedRun& run, MotionRecorder& recorder, const Workers& workers) {
+    const StudyVariant& variant = plan_.variants[run.variant];
+    Scene scene = variant.scene;
+    scene.time.integrator = run.integrator;
+    scene.time.step = run.step;
+    scene.time.automatic = false;
+    if (!run.solver.empty() && run.solver != scene.solver.kind) {
+      scene.solver.kind = run.solver;
+      scene.solver.linear = LinearSolver::kAuto;  // another solver has other linear solvers
+    }
+    StudyRow row;
+    row.integrator = run.integrator;
+    row.step = run.step;
+    row.solver = run.solver;
+    row.compares_solver = run.compares_solver;
+    row.variant = variant.name;
+    row.directory = run.directory;
+    row.role = run.role;
+    row.shares_machine = workers.shares_machine;
+    row.position_error = row.position_error_rms = row.observed_order = kNotKnown;
+    row.date = utc_now();
+    const Machine machine = this_machine();
+    row.processor = machine.processor;
+    row.cores = machine.cores;
+    row.threads = thread_count();
+
+    Session session(std::move(scene), variant.mesh ? *variant.mesh : mesh_);
+    std::vector<std::unique_ptr<Observer>> observers;
+    if (observers_) {
+      const std::lock_guard lock(calling_);
+      observers = observers_(row.directory);
+    }
+    StepClock::Reading processor{workers.clock};
+    StepClock first(processor, false);
+    StepClock last(processor, true);
+    StopWithOthers stop(is_cancelled_);
+    std::vector<Observer*> watching{&first, &recorder};
+    for (const auto& observer : observers) watching.push_back(observer.get());
+    watching.insert(watching.end(), {&stop, &last});
+    row.status = session.run(watching);
+
+    row.stable_step = session.initial_limit().critical_step;
+    row.message = session.message();
+    row.steps = session.step_number();
+    row.wall_seconds = session.times().stepping;
+    row.processor_seconds = processor.total();
+    const double simulated = session.time();
+    row.seconds_per_simulated_second = simulated > 0.0 ? row.wall_seconds / simulated : kNotKnown;
+    row.iterations_per_step = row.steps > 0 ? static_cast<double>(session.total_iterations()) /
+                                                  static_cast<double>(row.steps)
+                                            : 0.0;
+    const Balance& balance = session.balance();
+    row.max_relative_energy_drift = balance.max_relative_energy_drift();
+    row.linear_momentum_drift = balance.linear_momentum_drift();
+    row.angular_momentum_drift = balance.angular_momentum_drift();
+    row.angular_momentum_drift_allowed = balance.allowed_angular_momentum_drift();
+    return row;
+  }
+
+  const StudyPlan& plan_;
+  const TetMesh& mesh_;
+  const ObserverFactory& observers_;
+  const StudyProgress& progress_;
+  const StudyMemory& memory_;
+  std::map<std::string, std::shared_ptr<const MotionTrack>> tracks_;  // by the folders of runs
+  std::size_t done_ = 0;                   // runs that were begun or kept
+  std::mutex calling_;                     // held while a function of the caller is called
+  std::atomic<bool> is_cancelled_{false};  // whether a run was stopped on request
+};
+
+}  // namespace
+
+StudyResult run_study(const StudyPlan& plan, const TetMesh& mesh, const ObserverFactory& observers,
+                      const StudyProgress& progress, const StudyMemory& memory, int jobs) {
+  return StudyRuns(plan, mesh, observers, progress, memory).make(jobs);
+}
+
+StudyResult run_study(const Scene& scene, const TetMesh& mesh, const StudySettings& settings,
+                      const ObserverFactory& observers, const StudyProgress& progress) {
+  return run_study(plan_study(scene, mesh, settings), mesh, observers, progress);
+}
+
+}  // namespace tetraction
