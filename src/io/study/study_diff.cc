@@ -291,14 +291,13 @@ StudyFile read_study_file(const std::string& path) {
   study.reference_error = number_in(reference, "estimated_error");
   if (json["runs"].empty()) read.fail("\"runs\" is empty");
   std::size_t entry = 0;
+  bool has_stopped_runs = false;
   for (const SortedJson& run : json["runs"]) {
     StudyDiffRow row = row_of(run, Reader(file, fmt::format("in entry {} of \"runs\", ", ++entry)));
+    has_stopped_runs = has_stopped_runs || row.status == to_string(RunStatus::kCancelled);
     // Nobody asked for runs that only serve as a reference.
     if (run["role"] != to_string(StudyRole::kReference)) study.rows.push_back(std::move(row));
   }
-  const bool has_stopped_runs = std::any_of(
-      study.rows.begin(), study.rows.end(),
-      [](const StudyDiffRow& row) { return row.status == to_string(RunStatus::kCancelled); });
   if (has_stopped_runs ||
       (json.contains("interrupted") && json["interrupted"] == SortedJson(true))) {
     refuse_incomplete("it was interrupted");
