@@ -54,7 +54,7 @@ TEST_P(NearlyIncompressible, ABarIsStretchedByHalf) {
   scene.fix = {fix(SelectPlane{0, 0.0, {}}, {true, false, false}),
                fix(SelectPlane{1, 0.0, {}}, {false, true, false}),
                fix(SelectPlane{2, 0.0, {}}, {false, false, true})};
-  scene.fix.push_back(shifted(SelectPlane{0, 2.0, {}}, {true, false, false}, {1.0, 0, 0}));
+  scene.fix.push_back(shifted(SelectPlane{0, 2.0, {}}, {1.0, 0, 0}, {true, false, false}));
   FinishedEquilibrium session = equilibrium(scene, kind_);
   EXPECT_LE(session.total_iterations(), 12);
   const LameParameters lame = lame_from_young(1e6, ratio_);

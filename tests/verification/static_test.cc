@@ -39,19 +39,19 @@ TEST(HangingColumn, QuadraticElementsAreExact) {
   Scene column = scene_of({GeneratorKind::kBox, {1.0, 1.0, 4.0}, {1, 1, 2}},
                           elastic(1e12, 0.0, "stvk"));  // strains of 4e-8: the problem is linear
   column.fix = {fix(SelectPlane{2, 4.0, {}})};
-  const Vector3 gravity(0.0, 0.0, -9.81);
+  const Vector3 acceleration(0.0, 0.0, -9.81);
   Scene by_gravity = column;
   by_gravity.environment = gravity(9.81, {0.0, 0.0, -1.0});
-  ForceSettings load = body_acceleration(gravity);
+  ForceSettings load = body_acceleration(acceleration);
   Scene by_acceleration = column;
   by_acceleration.body_force = {load};
   load.acceleration.reset();
-  load.vector = 1000.0 * gravity;
+  load.vector = 1000.0 * acceleration;
   Scene by_body_force = column;
   by_body_force.body_force = {load};
   load.kind = LoadKind::kForce;
   load.share = LoadShare::kVolume;
-  load.total = 4.0 * 1000.0 * gravity;
+  load.total = 4.0 * 1000.0 * acceleration;
   Scene by_total = column;
   by_total.force = {load};
   const double unit = 1000.0 * 9.81 / (2.0 * 1e12);  // ρg/2E
@@ -100,7 +100,7 @@ void expect_homogeneous(const Session& session, double along, double across) {
 TEST(StaticPatch, StretchByPrescribedDisplacement) {
   Scene scene = soft_beam({2, 1, 1}, {4, 2, 3});
   scene.fix = three_planes();
-  FixSettings pull = shifted(SelectPlane{0, 2.0, {}}, {true, false, false}, {0.8, 0, 0});
+  FixSettings pull = shifted(SelectPlane{0, 2.0, {}}, {0.8, 0, 0}, {true, false, false});
   scene.fix.push_back(pull);
   FinishedEquilibrium session(scene);
   const LameParameters lame = lame_from_young(1e6, 0.3);
@@ -127,15 +127,15 @@ TEST(StaticPatch, UniformTraction) {
 TEST(StaticPatch, FarPrescribedDisplacementNeedsLoadSteps) {
   Scene scene = soft_beam({2, 1, 1}, {4, 2, 3});
   scene.fix = three_planes();
-  scene.fix.push_back(shifted(SelectPlane{0, 2.0, {}}, {true, false, false}, {-1.4, 0, 0}));
+  scene.fix.push_back(shifted(SelectPlane{0, 2.0, {}}, {-1.4, 0, 0}, {true, false, false}));
   FinishedEquilibrium session(scene);
   expect_homogeneous(session, 0.3, cross_stretch(lame_from_young(1e6, 0.3), 0.3));
 }
 
-Scene cantilever(double gravity) {
+Scene cantilever(double acceleration) {
   Scene scene = soft_beam({4, 1, 1}, {12, 3, 3});
   scene.fix = {fix(SelectPlane{0, 0.0, {}})};
-  scene.environment = gravity(gravity);
+  scene.environment = gravity(acceleration);
   return scene;
 }
 
