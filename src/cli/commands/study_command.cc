@@ -15,13 +15,13 @@
 #include <utility>
 #include <vector>
 
-#include "cli/child_program.h"
 #include "cli/command_line.h"
 #include "cli/console.h"
 #include "cli/interrupt_guard.h"
 #include "cli/program_failure.h"
 #include "cli/progress_bar.h"
 #include "cli/scene_source.h"
+#include "cli/study_drawing.h"
 #include "cli/study_frames.h"
 #include "cli/study_variants.h"
 #include "commands.h"
@@ -31,7 +31,6 @@
 #include "io/study/study_folder.h"
 #include "io/study/study_page.h"
 #include "io/text/output_file.h"
-#include "plot_study_script.h"
 #include "simulation/scene/parallel_features.h"
 #include "tetraction/core/blas.h"
 #include "tetraction/core/error.h"
@@ -64,22 +63,12 @@ struct StudyArguments {
   bool quiet = false;
   bool json = false;
   bool no_plots = false;
+  StudyDrawing drawing;
   bool resume = false;
   bool all = false;
   std::string table;
   bool fresh = false;
 };
-
-// Draws the plots with matplotlib. Returns why there are none, or an empty text. The study is complete without them.
-std::string draw_plots(const std::string& directory) {
-  // Debian's own python3 first: another one on the PATH does not have Debian's matplotlib.
-  const char* python = std::filesystem::exists("/usr/bin/python3") ? "/usr/bin/python3" : "python3";
-  // Isolated: else a csv.py or json.py in the working folder would run in place of Python's own.
-  const int code = run_child_program({python, "-I", "-c", kPlotStudyScript, directory});
-  if (code == 0) return {};
-  return code == kCannotWrite ? "their files cannot be written"
-                              : "python3 and python3-matplotlib are not installed";
-}
 
 // SOLVER@STEP.
 SolverComparison read_comparison(const std::string& text) {
@@ -342,7 +331,7 @@ int study(const StudyArguments& arguments) {
   // Whoever interrupts a study does not want to wait for pictures of a part of it.
   const bool stopped = result.is_interrupted || InterruptGuard::interrupted();
   const bool plots = !arguments.no_plots && !stopped;
-  const std::string missing = plots ? draw_plots(directory) : "";
+  const std::string missing = plots ? draw_plots(directory, arguments.drawing) : "";
   const bool plotted = plots && missing.empty();
   write_study_page(result, name, directory, provenance,
                    plotted   ? ""
@@ -452,6 +441,11 @@ void add_study_command(CLI::App& app, int& exit_code) {
   command->add_option("--table", arguments->table,
                       "markdown or latex: print nothing but the table of the answer for a paper");
   command->add_flag("--no-plots", arguments->no_plots, "Do not draw plots");
+  command->add_option("--title", arguments->drawing.title, "Title of the plots (default: none)");
+  command->add_option("--style", arguments->drawing.style, "Style file of matplotlib for the plots")
+      ->check(CLI::ExistingFile);
+  command->add_option("--width", arguments->drawing.width, "Width of the plots: 85 or 170 mm")
+      ->check(CLI::IsMember({85, 170}));
   command->add_flag("--quiet", arguments->quiet, "Only warnings and errors");
   command->add_flag("--json", arguments->json, "Print study.json to stdout");
   add_study_diff_command(*command, exit_code);
