@@ -1288,7 +1288,7 @@ def save(figure, folder, name):
             content = re.sub(rb'( id="|href="#|url\(#)', rb"\1" + prefix, content)
             content = re.sub(rb"([MLQ] -?\d+\.\d\d)\d* (-?\d+\.\d\d)\d*", rb"\1 \2", content)
             # The mark that is used has this style already.
-            content = re.sub(rb'(<use xlink:href="[^"]*" x="[^"]*" y="[^"]*") style="[^"]*"', rb"\1", content)
+            content = re.sub(rb'(<use xlink:href="[^"]*" x="[^"]*" y="[^"]*") style="(?![^"]*fill)[^"]*"', rb"\1", content)
         write_file(os.path.join(folder, f"{name}.{ending}"), content)
 
 

@@ -16,7 +16,7 @@ namespace tetraction {
 namespace {
 
 constexpr double kLeft = 70.0;
-constexpr double kRight = 480.0;
+constexpr double kRight = 460.0;
 constexpr double kTop = 15.0;
 constexpr double kBottom = 330.0;
 
