@@ -45,7 +45,12 @@ void require_values(const CLI::App& app, int argc, const char* const* argv) {
     const std::size_t equals = word.find('=');
     const std::string name = word.substr(0, equals);
     const CLI::Option* option = find_option(command, name);
-    if (option == nullptr || option->get_items_expected_min() == 0) continue;
+    if (option == nullptr) continue;
+    if (option->get_items_expected_min() == 0) {
+      const std::string value = equals == std::string::npos ? "true" : word.substr(equals + 1);
+      if (value == "true" || value == "false") continue;
+      throw InputError(fmt::format("{} takes no value: write {} or leave it out.", name, name));
+    }
     if (equals != std::string::npos) {
       if (equals + 1 < word.size()) continue;
       throw InputError(fmt::format("{} has no value behind the sign of equality.", name));

@@ -49,7 +49,7 @@ def options_of(text):
     """The options in a help text, --help and --version apart."""
     found = []
     for line in text.splitlines():
-        match = re.match(r"  (?:-\w,)?(--[\w-]+)(?: (\S.*))?$", line)
+        match = re.match(r"  (?:-\w,)?(--[\w-]+)(?: +(\S.*))?$", line)
         if match and match.group(1) not in ("--help", "--version"):
             # Two blanks or more part the kind of value from what the option is for.
             found.append(Option(match.group(1), re.split(r" {2,}", match.group(2) or "")[0]
