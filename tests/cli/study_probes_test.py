@@ -77,8 +77,10 @@ class Probes(StudyTest):
             for ending in ("png", "svg"):
                 self.assertGreater(os.path.getsize(self.path("s", f"{name}.{ending}")), 3000)
         text = self.read("s", "probe_tip.svg")
-        self.assert_parts(text, ("tip_x [m]", "tip_y [m]", "tip_z [m]", "midpoint", "verlet"))
-        self.assertIn("Error of the probe tip over time", self.read("s", "error_over_step.svg"))
+        for component in "xyz":
+            self.assertRegex(text, rf"tip_{component} \([mµn]?m\)")
+        self.assert_parts(text, ("midpoint", "Verlet"))
+        self.assertIn("relative error of the probe tip", self.read("s", "error_over_step.svg"))
         # The next study, without probes, deletes the plots and the files of the probes.
         self.write("s/probe_other.png", "mine")
         self.run_program("study", self.write("probes.toml", BEAM), *self.GRID)
