@@ -17,11 +17,11 @@ struct ExcitedPeriod {
 /// The period of the lowest normal mode that the scene excites, or the period of an oscillating
 /// amplitude that acts if that is shorter.
 ///
-/// A mode φ (φᵀMφ = 1) about the undeformed body is excited by forces and velocities at the start: with the force F of
-/// all loads, potentials and stresses at the initial positions its amplitude is |φᵀF|/ω² and |φᵀp|/ω. F is
-/// taken at 33 times of the run, with prescribed vertices where they are then. A mode counts if its amplitude is at least a hundredth of
-/// the largest one and is no round-off. The 10 lowest modes that oscillate are looked at, and then 30
-/// more if none of them counts.
+/// A mode φ (φᵀMφ = 1) about the undeformed body is excited by momenta p at the start, with the energy ½(φᵀp)², by
+/// the force F of all loads, potentials and stresses at the initial positions, with ½(φᵀF/ω)², and by
+/// prescribed motions, which cause a force G, with ½(φᵀĠ/ω²)². F and G are taken at 32 times of the run. A mode
+/// counts if its energy is at least a twentieth of the largest one and its motion is no round-off. The
+/// 10 lowest modes are looked at, and then 30 more if none of them counts.
 ///
 /// Sets the constraints of `system`, which make_system() made of the scene. Throws InputError as
 /// make_initial_state() does.

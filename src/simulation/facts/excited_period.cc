@@ -4,9 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <optional>
 #include <set>
+#include <utility>
 #include <vector>
 
 #include "tetraction/core/error.h"
@@ -41,65 +41,90 @@ ExcitedPeriod period_of_amplitudes(const Scene& scene) {
   return shortest;
 }
 
-// All forces on the vertices at the initial positions, at times of the run. Those at which the energy is not
-// defined are left out.
-std::vector<Vector> forces_over_time(const MechanicalSystem& system, const State& start,
-                                     double end) {
-  constexpr int kTimes = 33;
-  std::vector<Vector> forces;
-  Vector loads;
-  for (int i = 0; i < kTimes; ++i) {
-    const double time = start.time + (end - start.time) * i / (kTimes - 1);
-    Vector position = start.position;
-    system.constraints().prescribe(time, position);
-    double energy = 0.0;
-    Vector gradient;
-    if (!system.elastic_energy_and_gradient(position, energy, gradient).ok()) continue;
-    for (const ForceTerm* term : system.force_terms()) {
-      if (term->has_potential()) term->add_gradient(system.force_point(position, time), gradient);
+// What excites a body, as forces on the vertices.
+struct Excitations {
+  std::vector<Vector> forces;  // at times of the run, N
+  std::vector<Vector> rates;   // of the forces that prescribed vertices cause by their motions, N/s
+};
+
+// All forces at these positions. Empty where the energy is not defined.
+Vector force_at(const MechanicalSystem& system, const Vector& position, const TimeSpan& span) {
+  double energy = 0.0;
+  Vector gradient;
+  if (!system.elastic_energy_and_gradient(position, energy, gradient).ok()) return {};
+  for (const ForceTerm* term : system.force_terms()) {
+    if (term->has_potential()) {
+      term->add_gradient(system.force_point(position, span.begin), gradient);
     }
-    system.external_force(position, time, (end - start.time) / kTimes, loads);
-    if (loads.size() > 0) gradient -= loads;
-    forces.emplace_back(-gradient);
   }
-  return forces;
+  Vector loads;
+  system.external_force(position, span.begin, span.length(), loads);
+  if (loads.size() > 0) gradient -= loads;
+  return -gradient;
 }
 
-// The part of a vector along a mode, or 0 if it is not above what round-off and an irregular mesh explain.
-double part_along(const NormalMode& mode, const Vector& excitation) {
-  constexpr double kNoise = 1e-7;
-  const double part = std::abs(mode.shape.dot(excitation));
-  return part > kNoise * mode.shape.norm() * excitation.norm() ? part : 0.0;
+Excitations excitations_over_time(const MechanicalSystem& system, const State& start, double end) {
+  constexpr int kTimes = 32;
+  const double spacing = (end - start.time) / kTimes;
+  Excitations found;
+  Vector last;  // force that the motions cause
+  for (int i = 0; i < kTimes; ++i) {
+    const double time = start.time + i * spacing;
+    const TimeSpan span{time, time + spacing};
+    Vector force = force_at(system, start.position, span);
+    if (force.size() == 0) break;
+    if (system.constraints().moving()) {
+      Vector moved = start.position;
+      system.constraints().prescribe(time, moved);
+      Vector caused = force_at(system, moved, span);
+      if (caused.size() > 0) {
+        caused -= force;
+        if (last.size() > 0) found.rates.emplace_back((caused - last) / spacing);
+      }
+      last = std::move(caused);
+    }
+    found.forces.push_back(std::move(force));
+  }
+  return found;
+}
+
+// The motion of the vertex that moves most in a mode, m, and the square root of the energy.
+std::pair<double, double> motion_and_root_energy(const NormalMode& mode, const State& start,
+                                                 const Excitations& excitations) {
+  if (mode.kind != ModeKind::kElastic) return {};
+  const double omega = std::sqrt(mode.omega_squared);
+  double root_energy = std::abs(mode.shape.dot(start.momentum));
+  for (const Vector& force : excitations.forces) {
+    root_energy = std::max(root_energy, std::abs(mode.shape.dot(force)) / omega);
+  }
+  for (const Vector& rate : excitations.rates) {
+    root_energy = std::max(root_energy, std::abs(mode.shape.dot(rate)) / mode.omega_squared);
+  }
+  return {root_energy / omega * mode.shape.lpNorm<Eigen::Infinity>(), root_energy};
 }
 
 // The lowest of the first `count` modes that is excited.
 std::optional<ExcitedPeriod> period_of_modes(const MechanicalSystem& system, const State& start,
-                                             const std::vector<Vector>& forces, Index count) {
+                                             const Excitations& excitations, Index count) {
   NormalModeOptions options;
   options.count = count;
-  const NormalModes found = normal_modes(system, system.mesh().rest_positions(), options);
-  std::vector<double> amplitudes;
-  for (const NormalMode& mode : found.modes) {
-    double amplitude = 0.0;
-    if (mode.kind == ModeKind::kElastic) {
-      for (const Vector& force : forces) {
-        amplitude = std::max(amplitude, part_along(mode, force) / mode.omega_squared);
-      }
-      const double velocity = part_along(mode, start.momentum);
-      amplitude = std::max(amplitude, velocity / std::sqrt(mode.omega_squared));
-    }
-    amplitudes.push_back(amplitude);
+  const Vector rest = system.mesh().rest_positions();
+  const std::vector<NormalMode> modes = normal_modes(system, rest, options).modes;
+  // Smaller motions are round-off of the forces at rest.
+  const double least = 1e-9 * (rest.maxCoeff() - rest.minCoeff());
+  std::vector<double> found;
+  for (const NormalMode& mode : modes) {
+    const auto [motion, root_energy] = motion_and_root_energy(mode, start, excitations);
+    found.push_back(motion > least ? root_energy : 0.0);
   }
-  const double largest =
-      amplitudes.empty() ? 0.0 : *std::max_element(amplitudes.begin(), amplitudes.end());
+  const double largest = found.empty() ? 0.0 : *std::max_element(found.begin(), found.end());
   if (!(largest > 0.0)) return {};
-  for (std::size_t i = 0; i < amplitudes.size(); ++i) {
-    if (amplitudes[i] < 0.01 * largest) continue;
-    const double omega = std::sqrt(found.modes[i].omega_squared);
-    return ExcitedPeriod{2.0 * std::numbers::pi / omega,
-                         fmt::format("mode {} ({:.4g} Hz)", i + 1, found.modes[i].frequency())};
-  }
-  return {};
+  const auto lowest = std::find_if(found.begin(), found.end(), [&](double root) {
+    return root * root >= 0.05 * largest * largest;
+  });
+  const auto place = static_cast<std::size_t>(lowest - found.begin());
+  return ExcitedPeriod{1.0 / modes[place].frequency(),
+                       fmt::format("mode {} ({:.4g} Hz)", place + 1, modes[place].frequency())};
 }
 
 }  // namespace
@@ -107,12 +132,12 @@ std::optional<ExcitedPeriod> period_of_modes(const MechanicalSystem& system, con
 ExcitedPeriod excited_period(const Scene& scene, MechanicalSystem& system) {
   const ExcitedPeriod forced = period_of_amplitudes(scene);
   const State start = make_initial_state(scene, system);
-  const std::vector<Vector> forces = forces_over_time(system, start, scene.time.end);
+  const Excitations excitations = excitations_over_time(system, start, scene.time.end);
   std::optional<ExcitedPeriod> own;
   std::string reason = "neither the loads nor the start excite one of the lowest normal modes";
   try {
     for (const Index count : {10, 40}) {
-      own = period_of_modes(system, start, forces, count);
+      own = period_of_modes(system, start, excitations, count);
       if (own) break;
     }
   } catch (const Error& error) {
