@@ -165,6 +165,65 @@ TEST(Ladder, EndsForRulesThatNeverReachTheEnd) {
   EXPECT_EQ(ladder.remark, "explicit: no trial run reached the end.");
 }
 
+// Differences of neighbouring runs of a rule, as find_reference() wants them.
+MeasureRun differences(Runs& runs) {
+  return [&runs](std::size_t rule, Index n) {
+    bool has_half = false;
+    for (const auto& [of, made] : runs.made) has_half = has_half || (of == rule && 2 * made == n);
+    runs.made.emplace_back(rule, n);
+    Trial trial = runs.rules[rule].run(n);
+    trial.error = has_half ? runs.rules[rule].run(n / 2).error - trial.error : std::nan("");
+    return trial;
+  };
+}
+
+TEST(ChosenReference, HasTheErrorThatIsWanted) {
+  Runs runs{{{.factor = 1000.0, .seconds_per_step = 1e-5}}};
+  StudyBudget budget(60.0);
+  const ChosenReference found =
+      find_reference({{.name = "midpoint", .first = 50}}, 1e-4, 0.4, budget, differences(runs));
+  EXPECT_LE(found.error, 1e-4);
+  EXPECT_NEAR(found.error, runs.rules[0].run(found.n).error, 0.05 * found.error);
+  EXPECT_LE(found.n, 3 * 3163);
+  EXPECT_LE(found.runs, 6);
+  EXPECT_EQ(found.runs, static_cast<int>(runs.made.size()));
+}
+
+TEST(ChosenReference, PrefersTheFirstRuleThatIsCheap) {
+  for (const double seconds_per_step : {1e-5, 1e-2}) {
+    Runs runs{{{.factor = 1000.0, .stable = 10000, .seconds_per_step = seconds_per_step},
+               {.factor = 1000.0, .seconds_per_step = 1e-3}}};
+    StudyBudget budget(60.0);
+    const ChosenReference found = find_reference(
+        {{.name = "verlet", .first = 10000, .fewest = 10000, .seconds_per_step = seconds_per_step},
+         {.name = "midpoint", .first = 50}},
+        1e-4, 0.4, budget, differences(runs));
+    EXPECT_EQ(found.rule, seconds_per_step < 1e-3 ? 0U : 1U);
+    EXPECT_LE(found.error, 1e-4);
+  }
+}
+
+TEST(ChosenReference, EndsWithItsShareOfTheBudget) {
+  Runs runs{{{.factor = 1000.0, .seconds_per_step = 0.01}}};
+  StudyBudget budget(20.0);
+  const ChosenReference found =
+      find_reference({{.name = "midpoint", .first = 50}}, 1e-6, 0.4, budget, differences(runs));
+  EXPECT_GT(found.error, 1e-6);
+  EXPECT_LE(budget.spent(), 2.0 * 0.4 * 20.0);
+  EXPECT_EQ(runs.made.back().second, found.n);
+  EXPECT_EQ(2 * runs.made[runs.made.size() - 2].second, found.n);
+}
+
+TEST(ChosenReference, NeedsARunThatReachesTheEnd) {
+  Runs runs{{{.stable = 1000000, .seconds_per_step = 0.1}}};
+  StudyBudget budget(60.0);
+  const ChosenReference found =
+      find_reference({{.name = "verlet"}}, 1e-4, 0.4, budget, differences(runs));
+  EXPECT_EQ(found.n, 0);
+  EXPECT_TRUE(std::isnan(found.error));
+  EXPECT_LE(found.runs, 8);
+}
+
 // The least n whose error is at most the target.
 Index least_steps(const MadeUpRule& rule, double target) {
   Index n = 1;

@@ -154,6 +154,21 @@ TEST(StudyRule, HasSettingsOfItsOwn) {
   expect_refusal([] { read_study_rule("midpoint:time.step=1"); }, {"\"time.step\" is no setting"});
 }
 
+TEST(StudyRule, ChangesTheScene) {
+  Scene scene;
+  apply_rule(
+      read_study_rule("backward-euler:solver.tolerance=1e-6,solver.linear=cg,time.adapt=error"),
+      scene);
+  EXPECT_EQ(scene.time.integrator, Integrator::kBackwardEuler);
+  EXPECT_EQ(scene.solver.tolerance, 1e-6);
+  EXPECT_EQ(scene.solver.linear, LinearSolver::kCg);
+  EXPECT_EQ(scene.time.adapt, StepAdaptation::kError);
+  expect_refusal([&] { apply_rule(read_study_rule("midpoint:solver.tolerance=-1"), scene); },
+                 {"--rule", "solver.tolerance", "-1"});
+  expect_refusal([&] { apply_rule(read_study_rule("midpoint:solver.linear=qr"), scene); },
+                 {"--rule", "solver.linear", "qr"});
+}
+
 TEST(ErrorMeasure, IsReadAndWritten) {
   for (const char* text : {"positions", "probe.tip", "peak.probe.tip", "frequency.probe.tip_x",
                            "energy.total_energy"}) {

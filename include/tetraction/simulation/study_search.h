@@ -48,6 +48,23 @@ struct SearchedRule {
   double seconds_per_step = 0.0;  ///< 0: not known before the first run
 };
 
+/// A reference that the program chooses.
+struct ChosenReference {
+  std::size_t rule = 0;
+  Index n = 0;  ///< 0: no run reached the end
+  /// Estimated from the run with half as many steps: its difference over 2^p − 1 with the order p.
+  double error = std::numeric_limits<double>::quiet_NaN();
+  int runs = 0;
+};
+
+/// Doubles or multiplies the number of steps of a rule until its error is at most `goal`, or the next run
+/// would take more than `share` of the budget. The last run and that with half as many steps are always there. The
+/// rule is the first one whose run with SearchedRule::first steps, as far as its time is known, takes
+/// less than a quarter of the share; else the last one. `measure` returns as the error the relative difference from the
+/// run of the rule with n/2 steps, or NaN if there was none.
+ChosenReference find_reference(const std::vector<SearchedRule>& rules, double goal, double share,
+                               StudyBudget& budget, const MeasureRun& measure);
+
 /// A step of a ladder.
 struct Rung {
   Index n = 0;

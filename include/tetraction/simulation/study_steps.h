@@ -9,6 +9,7 @@
 #include "tetraction/core/enum_names.h"
 #include "tetraction/core/types.h"
 #include "tetraction/dynamics/steppers/integrator.h"
+#include "tetraction/simulation/scene.h"
 
 namespace tetraction {
 
@@ -70,6 +71,9 @@ struct ResolvedSteps {
 /// "midpoint" or "midpoint:KEY=VALUE,KEY=VALUE". The keys are those of [solver] and the ones of [time] that
 /// adapt the steps.
 StudyRule read_study_rule(const std::string& text);
+
+/// Gives a scene the integrator and the settings of a rule. Throws InputError as the scene reader does.
+void apply_rule(const StudyRule& rule, Scene& scene);
 
 /// "1e-3,4x,0.02T,auto".
 std::vector<StepRequest> read_step_requests(const std::string& text);

@@ -262,6 +262,48 @@ std::vector<Ladder> find_ladders(const std::vector<SearchedRule>& rules,
   return ladders;
 }
 
+ChosenReference find_reference(const std::vector<SearchedRule>& rules, double goal, double share,
+                               StudyBudget& budget, const MeasureRun& measure) {
+  const double most = share * budget.total();
+  const auto first_steps = [](const SearchedRule& rule) {
+    return std::max(rule.first, rule.fewest);
+  };
+  ChosenReference chosen;
+  while (chosen.rule + 1 < rules.size()) {
+    const SearchedRule& rule = rules[chosen.rule];
+    const double seconds = rule.seconds_per_step * static_cast<double>(first_steps(rule));
+    if (seconds < 0.25 * most) break;
+    ++chosen.rule;
+  }
+  const double divisor = std::pow(2.0, rules[chosen.rule].order) - 1.0;
+  Index n = first_steps(rules[chosen.rule]);
+  double seconds_per_step = 0.0;
+  // Pairs of runs with n and 2n steps. The first run of a pair may be the second one of the last pair.
+  for (Index made = 0;;) {
+    for (const Index next : {n, 2 * n}) {
+      if (next <= made) continue;
+      const Trial trial = measure(chosen.rule, next);
+      ++chosen.runs;
+      budget.spend(trial.seconds);
+      seconds_per_step = std::max(seconds_per_step, trial.seconds / static_cast<double>(next));
+      made = next;
+      if (!trial.failed) chosen.n = next;
+      chosen.error = trial.failed ? Trial().error : trial.error / divisor;
+    }
+    if (chosen.error <= goal) return chosen;
+    const double wanted = std::isfinite(chosen.error)
+                              ? steps_for(0.8 * goal, made, chosen.error, rules[chosen.rule].order)
+                              : 0.0;
+    // A run with half of the wanted steps comes first.
+    n = std::max(made, whole_steps(0.5 * std::min(wanted, 8.0 * static_cast<double>(made))));
+    const auto seconds = [&](Index steps) {
+      return seconds_per_step * static_cast<double>(n == made ? 2 * steps : 3 * steps);
+    };
+    if (seconds(n) > most || !budget.allows(seconds(n))) n = made;
+    if (seconds(n) > most || !budget.allows(seconds(n)) || chosen.runs > 20) return chosen;
+  }
+}
+
 TargetStep find_target_step(const SearchedRule& rule, std::size_t index, double target,
                             StudyBudget& budget, const MeasureRun& measure, int most_runs) {
   TargetStep result;

@@ -5,12 +5,14 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <set>
 #include <string_view>
 
 #include "core/quoting.h"
 #include "core/spelling.h"
+#include "simulation/scene/setting_keys.h"
 #include "simulation/stepping/step_count.h"
 #include "tetraction/core/error.h"
 
@@ -162,6 +164,23 @@ StudyRule read_study_rule(const std::string& text) {
     rule.values.emplace_back(key, entry.substr(equals + 1));
   }
   return rule;
+}
+
+void apply_rule(const StudyRule& rule, Scene& scene) {
+  scene.time.integrator = rule.integrator;
+  for (const auto& [name, text] : rule.values) {
+    const std::string place = fmt::format("--rule {}: {}", in_quotes(rule.name), name);
+    const bool is_solver = name.starts_with("solver.");
+    const SceneSection& section =
+        is_solver ? section_of<SolverSettings>() : section_of<TimeSettings>();
+    const SceneKey& key = *section.find(name.substr(name.find('.') + 1));
+    Json value = Json::parse(text, nullptr, false);
+    if (!value.is_number() && !value.is_boolean()) value = text;
+    void* settings = is_solver ? static_cast<void*>(&scene.solver) : &scene.time;
+    key.value->read(value, key.info.range, Refusal{[&] { return place; }}, settings);
+  }
+  check_settings(scene.solver);
+  check_settings(scene.time);
 }
 
 std::vector<StepRequest> read_step_requests(const std::string& text) {
