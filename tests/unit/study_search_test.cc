@@ -314,7 +314,7 @@ TEST(TargetStep, EndsWithTheBudgetAndWithoutErrors) {
   const TargetStep unknown = find_target_step({.name = "midpoint"}, 0, 0.01, more,
                                               [](std::size_t, Index) { return Trial{}; });
   EXPECT_EQ(unknown.outcome, TargetOutcome::kNoError);
-  EXPECT_EQ(unknown.runs.size(), 1U);
+  EXPECT_EQ(unknown.runs.size(), 8U);
 }
 
 TEST(TargetStep, SaysThatErrorsAreNotMonotone) {

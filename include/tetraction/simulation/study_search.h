@@ -123,7 +123,7 @@ struct TargetStep {
 
 /// The largest step end/n of a rule whose error is at most `target`, by secants of the logarithms of error
 /// and n, at most `most_runs` runs. It ends when the secant finds no n that is smaller by more than half a
-/// per cent. Runs that fail count as too coarse.
+/// per cent. Runs that fail or whose error is unknown count as too coarse.
 TargetStep find_target_step(const SearchedRule& rule, std::size_t index, double target,
                             StudyBudget& budget, const MeasureRun& measure, int most_runs = 8);
 

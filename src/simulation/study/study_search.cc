@@ -50,7 +50,8 @@ class LadderSearch {
     if (trials_.empty()) return start();
     const auto& [coarsest, first] = *trials_.begin();
     const auto& [finest, last] = *trials_.rbegin();
-    if (last.failed) return finer(finest);
+    // Errors may be unknown where steps are large: two periods are needed to see a frequency.
+    if (last.failed || !std::isfinite(last.error)) return finer(finest);
     if (has_error(first) && first.error < settings_.coarse && coarsest > least) {
       const double wanted = steps_for(settings_.coarse, coarsest, first.error, rule_.order);
       const double nearest = static_cast<double>(coarser(coarsest));
@@ -142,17 +143,17 @@ class LadderSearch {
 
   // The largest and the smallest step of the ladder; 0 if no run reached the end.
   std::pair<Index, Index> ends() const {
+    const std::vector<std::pair<Index, double>> known = errors();
     Index begin = 0;
     Index last = 0;
     for (const auto& [n, trial] : trials_) {
-      if (trial.failed) {
+      if (trial.failed || (!known.empty() && !std::isfinite(trial.error))) {
         begin = 0;  // larger steps that reached the end did so by chance
         continue;
       }
       if (begin == 0 || (has_error(trial) && trial.error >= settings_.coarse)) begin = n;
       if (last < begin || !(trials_.at(last).error <= settings_.fine)) last = n;
     }
-    const std::vector<std::pair<Index, double>> known = errors();
     if (begin != 0 && !known.empty() && known.back().second > settings_.fine) {
       // A tenth more, because the order is not exact.
       last = std::max(last, series_above(steps_for(settings_.fine, known.back().first,
@@ -324,10 +325,6 @@ TargetStep find_target_step(const SearchedRule& rule, std::size_t index, double 
     budget.spend(trial.seconds);
     trials[n] = trial;
     result.runs.emplace_back(n, trial);
-    if (!trial.failed && !std::isfinite(trial.error)) {
-      result.outcome = TargetOutcome::kNoError;
-      break;
-    }
     if (!trial.failed && trial.error <= target) {
       result.n = n;
       result.trial = trial;
@@ -355,7 +352,7 @@ TargetStep find_target_step(const SearchedRule& rule, std::size_t index, double 
       if (result.n == 0) return a.first > b.first;
       return std::abs(std::log(a.second / target)) < std::abs(std::log(b.second / target));
     });
-    double wanted = 1.5 * low;
+    double wanted = 2.0 * low;
     if (!known.empty()) {
       const double order =
           known.size() > 1 ? order_between(known[0], known[1], rule.order) : rule.order;
@@ -376,9 +373,10 @@ TargetStep find_target_step(const SearchedRule& rule, std::size_t index, double 
       wanted = std::max({wanted, low + (coarse == 0 ? 0.0 : 1.0), std::floor(0.1 * high)});
     }
     if (static_cast<int>(result.runs.size()) >= most_runs) {
-      result.outcome = result.n == 0 ? TargetOutcome::kNotMet
-                       : is_limited  ? TargetOutcome::kStability
-                                     : TargetOutcome::kMet;
+      result.outcome = result.n == 0 && known.empty() && !is_unstable ? TargetOutcome::kNoError
+                       : result.n == 0                                ? TargetOutcome::kNotMet
+                       : is_limited                                   ? TargetOutcome::kStability
+                                                                      : TargetOutcome::kMet;
       break;
     }
     n = whole_steps(wanted);
