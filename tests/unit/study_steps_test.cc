@@ -133,7 +133,7 @@ TEST(StudySteps, ThatDoNotFitTheSceneAreRefused) {
   rigid.stable_step = std::numeric_limits<double>::infinity();
   expect_refusal(
       [&] {
-        resolve_steps({{StepUnit::kStableSteps, 4.0}}, kVerlet, 1e-3, rigid);
+        resolve_steps(read_step_requests("4x"), kVerlet, 1e-3, rigid);
       },
       {"4x of verlet needs h_crit", "Give the step in s"});
 }

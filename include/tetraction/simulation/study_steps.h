@@ -24,6 +24,7 @@ enum class StepUnit {
 struct StepRequest {
   StepUnit unit = StepUnit::kSeconds;
   double value = 0.0;
+  std::string text{};  ///< as it was written, for messages
 };
 
 /// A rule of a study: an integrator, with settings of its own where they differ from the scene's.

@@ -40,7 +40,7 @@ std::vector<std::string> split_at_commas(const std::string& text) {
 }
 
 StepRequest read_step_request(const std::string& text) {
-  if (text == "auto") return {StepUnit::kAuto, 0.0};
+  if (text == "auto") return {StepUnit::kAuto, 0.0, text};
   const auto number = number_and_unit(text);
   const std::string unit = number ? number->second : "?";
   if (!number || (unit != "" && unit != "s" && unit != "x" && unit != "T")) {
@@ -52,8 +52,8 @@ StepRequest read_step_request(const std::string& text) {
   if (!(number->first > 0.0)) {
     throw InputError(fmt::format("--steps: {} is not positive. Steps are.", in_quotes(text)));
   }
-  if (unit == "x") return {StepUnit::kStableSteps, number->first};
-  return {unit == "T" ? StepUnit::kPeriods : StepUnit::kSeconds, number->first};
+  if (unit == "x") return {StepUnit::kStableSteps, number->first, text};
+  return {unit == "T" ? StepUnit::kPeriods : StepUnit::kSeconds, number->first, text};
 }
 
 // Rules may have a sign of equality in their names, steps have none.
@@ -69,21 +69,6 @@ std::pair<std::string, std::string> rule_and_list(const std::string& text) {
   return {text.substr(0, equals), text.substr(equals + 1)};
 }
 
-// The step as it was asked for, in messages.
-std::string request_text(const StepRequest& request) {
-  switch (request.unit) {
-    case StepUnit::kSeconds:
-      return fmt::format("{} s", request.value);
-    case StepUnit::kStableSteps:
-      return fmt::format("{}x", request.value);
-    case StepUnit::kPeriods:
-      return fmt::format("{}T", request.value);
-    case StepUnit::kAuto:
-      break;
-  }
-  return "auto";
-}
-
 // The step in s, before it is made to divide the end.
 double seconds_of(const StepRequest& request, const StudyRule& rule, double rule_limit,
                   const StepScales& scales) {
@@ -94,7 +79,7 @@ double seconds_of(const StepRequest& request, const StudyRule& rule, double rule
     throw InputError(fmt::format(
         "--steps: {} of {} needs h_crit, but nothing in this scene limits the explicit rules. Give "
         "the step in s.",
-        request_text(request), rule.name));
+        request.text, rule.name));
   }
   return (is_auto ? 0.5 : request.value) * limit;
 }
@@ -107,7 +92,7 @@ double resolve_step(const StepRequest& request, const StudyRule& rule, double ru
   if (request.unit == StepUnit::kAuto) step = std::min(step, scales.end);
   const std::string name = is_in_seconds ? fmt::format("The step {} s of {}", step, rule.name)
                                          : fmt::format("The step {} of {}, which is {:.6g} s,",
-                                                       request_text(request), rule.name, step);
+                                                       request.text, rule.name, step);
   if (step > scales.end * (1.0 + 1e-12)) {
     throw InputError(fmt::format(
         "{} must be at most the end time {} s. Ask for a shorter one, or make time.end larger.",
@@ -285,7 +270,8 @@ ResolvedSteps resolve_steps(const std::vector<StepRequest>& requests, const Stud
     }
   }
   if (requests.empty() && rule.has_adaptive_steps()) {
-    resolved.steps.push_back(resolve_step({StepUnit::kAuto, 0.0}, rule, stable_step, scales));
+    resolved.steps.push_back(
+        resolve_step({StepUnit::kAuto, 0.0, "auto"}, rule, stable_step, scales));
   }
   std::vector<double>& steps = resolved.steps;
   std::sort(steps.begin(), steps.end());
