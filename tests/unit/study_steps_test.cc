@@ -131,11 +131,8 @@ TEST(StudySteps, ThatDoNotFitTheSceneAreRefused) {
   expect_refusal([] { resolve("1e-30", kMidpoint); }, {"than can be counted"});
   StepScales rigid = scales();
   rigid.stable_step = std::numeric_limits<double>::infinity();
-  expect_refusal(
-      [&] {
-        resolve_steps(read_step_requests("4x"), kVerlet, 1e-3, rigid);
-      },
-      {"4x of verlet needs h_crit", "Give the step in s"});
+  expect_refusal([&] { resolve_steps(read_step_requests("4x"), kVerlet, 1e-3, rigid); },
+                 {"4x of verlet needs h_crit", "Give the step in s"});
 }
 
 TEST(StudyRule, HasSettingsOfItsOwn) {
