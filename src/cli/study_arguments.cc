@@ -1,6 +1,8 @@
 #include "study_arguments.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <CLI/CLI.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -20,22 +22,17 @@ std::string duration_text(double seconds) {
   return fmt::format("{:.1f} h", seconds / 3600.0);
 }
 
-std::vector<StudyRule> read_rules(const StudyArguments& arguments) {
+std::vector<Integrator> read_rules(const StudyArguments& arguments) {
   std::vector<std::string> names = arguments.integrators;
-  if (names.empty() && arguments.rules.empty()) names = rules_with_steps(arguments.steps);
-  if (names.empty()) {
-    for (const Integrator integrator : all_integrators()) names.push_back(to_string(integrator));
-  }
-  names.insert(names.end(), arguments.rules.begin(), arguments.rules.end());
-  std::vector<StudyRule> rules;
+  if (names.empty()) names = rules_with_steps(arguments.steps);
+  if (names.empty()) return all_integrators();
+  std::vector<Integrator> rules;
   for (const std::string& name : names) {
-    if (std::any_of(rules.begin(), rules.end(),
-                    [&](const StudyRule& rule) { return rule.name == name; })) {
-      const bool is_integrator = name.find(':') == std::string::npos;
-      throw InputError(
-          fmt::format("{}: {} is there twice.", is_integrator ? "--integrators" : "--rule", name));
+    const Integrator rule = integrator_from_string(name);
+    if (std::count(rules.begin(), rules.end(), rule) > 0) {
+      throw InputError(fmt::format("--integrators: {} is there twice.", name));
     }
-    rules.push_back(read_study_rule(name));
+    rules.push_back(rule);
   }
   return rules;
 }
@@ -49,16 +46,13 @@ StudyRequests study_requests(const StudyArguments& arguments) {
   requests.error = read_error_measure(arguments.error);
   requests.budget = read_duration(arguments.budget, "--budget");
   if (!arguments.target.empty()) requests.target = read_share(arguments.target, "--target");
-  if (!arguments.part.empty()) requests.part = read_part(arguments.part, "--part");
+  if (!arguments.reference_integrator.empty()) {
+    requests.reference_integrator = integrator_from_string(arguments.reference_integrator);
+  }
   if (requests.target && !arguments.steps.empty()) {
     throw InputError(
         "--target searches for the steps itself: leave --steps out, or --target if these steps are "
         "meant.");
-  }
-  if (arguments.resume && arguments.fresh) {
-    throw InputError(
-        "--resume keeps the runs that are there, and --fresh makes all anew: leave one of them "
-        "out.");
   }
   return requests;
 }
@@ -86,65 +80,77 @@ std::string plan_text(const std::vector<PlanLine>& lines) {
 
 std::shared_ptr<StudyArguments> add_study_options(CLI::App& command) {
   auto arguments = std::make_shared<StudyArguments>();
-  const auto list = [&](const char* name, std::vector<std::string>& value, const char* help) {
-    return command.add_option(name, value, help)->allow_extra_args(false);
+  const auto list = [&](const char* name, std::vector<std::string>& value,
+                        const std::string& help) {
+    return command.add_option(name, value, help)->take_all()->allow_extra_args(false);
   };
   const auto text = [&](const char* name, std::string& value, const char* help) {
-    return command.add_option(name, value, help)->check(not_empty("it has no value"));
+    return command.add_option(name, value, help);
   };
   command.add_option("scene", arguments->scene,
-                     "Scene file (TOML). Write ./diff, ./merge or ./open for a file of that name.");
+                     "Scene file (TOML). Write ./diff for a file whose name is diff.");
   list("--integrators", arguments->integrators,
-       "Comma-separated: explicit,verlet,midpoint,backward-euler,energy-momentum (default: all)")
+       fmt::format("Comma-separated: {} (default: all, or those that --steps names)",
+                   fmt::join(integrator_names(), ",")))
       ->delimiter(',');
-  list("--rule", arguments->rules,
-       "A further rule with settings of its own, such as midpoint:solver.tolerance=1e-6 or "
-       "midpoint:time.adapt=error")
-      ->take_all();
   list("--steps", arguments->steps,
        "Comma-separated steps of all rules, or of one: verlet=5e-6,auto. In s, in h_crit (4x), in "
        "the excited period (0.02T), or auto (default: steps with errors of 0.1 to 10 %)")
-      ->take_all();
+      ->check(not_empty("it names no step"));
   text("--budget", arguments->budget,
        "Time for what the program chooses itself: 10s, 2min, 1h (default: 1min). Steps that are "
        "given are always run.");
   text("--target", arguments->target,
-       "Find the largest step of each rule whose error is at most this, such as 1%");
-  command.add_flag("--plan", arguments->plan, "Print the runs and their estimated times, and stop");
+       "Find the largest step of each rule whose error is at most this, such as 1%")
+      ->check(not_empty("it names no error"));
+  command.add_flag("--plan", arguments->plan,
+                   "Print the runs and their estimated times, and write nothing");
   text("--reference", arguments->reference,
-       "run: the reference is one run (default). richardson: it is extrapolated from three.");
+       "run: the reference is one run (default). richardson: it is extrapolated from "
+       "runs with twice, once and half the reference step, and its error is estimated.")
+      ->check(not_empty("it names no kind of reference"));
   command.add_option("--reference-step", arguments->reference_step,
-                     "Step of the reference (default: the finest of the study)");
-  command.add_option("--reference-integrator", arguments->reference_integrator,
-                     "Rule of the reference (default: midpoint)");
+                     "Step of the reference run (default: the finest of the study, or chosen with "
+                     "the steps)");
+  text("--reference-integrator", arguments->reference_integrator,
+       "Integrator of the reference run (default: midpoint, or chosen with the steps)")
+      ->check(not_empty("it names no integrator"));
   list("--vary", arguments->vary,
-       "KEY=V1,V2,...: the whole study with each value of a scene key. Several --vary give all "
-       "combinations.")
-      ->check(not_empty("it names no key"))
-      ->take_all();
+       "KEY=V1,V2,...: makes the whole study with each value of a scene key, e.g. "
+       "fix.0.mode=exact,penalty. Several --vary give all combinations. Each variant is "
+       "compared with a reference of its own; those that differ in solver keys only share one.")
+      ->check(not_empty("it names no key"));
   list("--also-solver", arguments->also_solvers,
-       "Comma-separated SOLVER@STEP, such as ceres@1e-3: further runs with another solver")
+       "Comma-separated SOLVER@STEP, e.g. ceres@1e-3: each adds a run with another "
+       "solver than the scene's and the first implicit integrator of the study")
       ->delimiter(',');
   list("--frames", arguments->frames,
-       "Runs that write frames: all, none, or a comma-separated list of their folders (default: "
-       "the run nearest to the scene's own)")
+       "Runs that write frames for ParaView and the viewer: all, none, or a comma-separated list "
+       "of their folders, e.g. midpoint-0.01 (default: the scene's integrator at the step "
+       "nearest to the scene's)")
       ->delimiter(',');
   text("--error", arguments->error,
-       "What is compared: positions (default), probe.NAME, peak.probe.NAME, frequency.probe.NAME, "
-       "energy.COLUMN");
-  command.add_option("--out", arguments->out, "Output directory (default: the scene's)")
+       "probe.NAME, peak.probe.NAME or frequency.probe.NAME: orders, steps and plots use the "
+       "error of this probe over time, of its peak or of its frequency instead of that of the "
+       "final positions")
+      ->check(not_empty("it names no error"));
+  text("--out", arguments->out, "Output directory (default: the scene's)")
       ->check(not_empty("it names no directory"));
-  list("--set", arguments->overrides, "KEY=VALUE: overrides a scene key")->take_all();
+  list("--set", arguments->overrides, "KEY=VALUE: overrides a scene key");
   command
       .add_option("--jobs", arguments->jobs,
-                  "Number of runs at the same time (default: 1), each with --threads threads")
+                  "Number of runs that are made at the same time (default: 1), each with --threads "
+                  "threads. Wall times count only where the machine has a core for each thread of "
+                  "all these runs.")
       ->check(CLI::Range(1, 1024));
-  text("--part", arguments->part, "k/n: only part k of n of the runs, to be merged later");
-  command.add_flag("--resume", arguments->resume, "Go on with a study that was stopped");
-  command.add_flag("--fresh", arguments->fresh, "Make all runs anew");
-  command.add_flag("--all", arguments->all, "Print the table of all runs");
-  text("--table", arguments->table, "Print the table for papers: markdown or latex")
-      ->check(CLI::IsMember({"markdown", "latex"}));
+  command.add_flag("--fresh", arguments->fresh,
+                   "Delete what an earlier study has left in the directory, and make all runs anew "
+                   "(default: runs that compute the same are kept)");
+  command.add_flag("--resume", arguments->resume, "Nothing: runs are always kept without --fresh")
+      ->excludes("--fresh");
+  command.add_flag("--all", arguments->all, "Print the table of all runs instead of the answer");
+  text("--table", arguments->table,
+       "markdown or latex: print nothing but the table of the answer for a paper");
   command.add_flag("--no-plots", arguments->no_plots, "Do not draw plots");
   command.add_flag("--quiet", arguments->quiet, "Only warnings and errors");
   command.add_flag("--json", arguments->json, "Print study.json to stdout");

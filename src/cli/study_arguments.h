@@ -5,7 +5,6 @@
 #include <memory>
 #include <optional>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "tetraction/simulation/study_steps.h"
@@ -18,18 +17,16 @@ struct StudyArguments {
   std::string out;
   std::vector<std::string> overrides;
   std::vector<std::string> integrators;
-  std::vector<std::string> rules;
   std::vector<std::string> steps;
   std::string budget = "1min";
   std::string target;
   std::optional<double> reference_step;
-  std::string reference_integrator = "midpoint";
+  std::string reference_integrator;
   std::string reference = "run";
   std::vector<std::string> vary;
   std::vector<std::string> also_solvers;
   std::vector<std::string> frames;
   std::string error;
-  std::string part;
   std::string table;
   int jobs = 1;
   bool quiet = false;
@@ -41,21 +38,11 @@ struct StudyArguments {
   bool plan = false;
 };
 
-/// What the texts among them ask for.
-struct StudyRequests {
-  std::vector<StudyRule> rules;                 ///< each once
-  std::vector<std::vector<StepRequest>> steps;  ///< for each rule; none: its ladder
-  ErrorMeasure error;
-  double budget = 60.0;            ///< s
-  std::optional<double> target{};  ///< relative error
-  std::pair<int, int> part{1, 1};  ///< which part of the runs, of how many
-};
-
 /// Adds the options to the command. They are filled in when the command line is parsed.
 std::shared_ptr<StudyArguments> add_study_options(CLI::App& command);
 
 /// Throws InputError for texts that are malformed, rules that are there twice, and options that exclude each
-/// other. Without --integrators and --rule, lists of steps for single rules say which rules there are.
+/// other. Without --integrators, lists of steps for single rules say which rules there are.
 StudyRequests study_requests(const StudyArguments& arguments);
 
 /// One run of a plan.

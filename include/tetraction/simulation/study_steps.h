@@ -1,15 +1,14 @@
-// What a study is asked for, as texts: rules, their steps, the error, limits.
+// What a study is asked for, as texts: steps, the error, limits.
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "tetraction/core/enum_names.h"
 #include "tetraction/core/types.h"
 #include "tetraction/dynamics/steppers/integrator.h"
-#include "tetraction/simulation/scene.h"
 
 namespace tetraction {
 
@@ -27,30 +26,19 @@ struct StepRequest {
   std::string text{};  ///< as it was written, for messages
 };
 
-/// A rule of a study: an integrator, with settings of its own where they differ from the scene's.
-struct StudyRule {
-  std::string name;  ///< "midpoint", or as it was written: "midpoint:solver.tolerance=1e-6"
-  Integrator integrator = Integrator::kMidpoint;
-  std::vector<std::pair<std::string, std::string>> values{};  ///< keys of [solver] and [time]
-
-  /// Whether the rule chooses the sizes of its steps itself: time.adapt.
-  bool has_adaptive_steps() const;
-};
-
-enum class ErrorKind { kPositions, kProbe, kPeak, kFrequency, kEnergy };
+enum class ErrorKind { kPositions, kProbe, kPeak, kFrequency };
 template <>
 struct EnumNames<ErrorKind> {
-  static constexpr std::array names{"positions", "probe", "peak.probe", "frequency.probe",
-                                    "energy"};
+  static constexpr std::array names{"positions", "probe", "peak.probe", "frequency.probe"};
 };
 
 /// The difference from the reference that counts as the error of a run.
 struct ErrorMeasure {
   ErrorKind kind = ErrorKind::kPositions;
-  std::string name{};  ///< of the probe or of the column of history.csv
+  std::string name{};  ///< of the probe
 };
 
-/// "positions", "probe.tip", "peak.probe.tip", "frequency.probe.tip", "energy.total_energy".
+/// "positions", "probe.tip", "peak.probe.tip", "frequency.probe.tip".
 std::string to_string(const ErrorMeasure& measure);
 
 /// The lengths that requested steps refer to.
@@ -61,6 +49,19 @@ struct StepScales {
   std::function<double()> period{};
 };
 
+/// What a study is asked for.
+struct StudyRequests {
+  std::vector<Integrator> rules;                ///< each once
+  std::vector<std::vector<StepRequest>> steps;  ///< for each rule; none: its ladder
+  ErrorMeasure error{};
+  double budget = 60.0;            ///< s
+  std::optional<double> target{};  ///< relative error
+  std::optional<Integrator> reference_integrator{};
+};
+
+/// Whether the program chooses some of the steps.
+bool chooses_steps(const StudyRequests& requests);
+
 /// The steps of one rule.
 struct ResolvedSteps {
   std::vector<double> steps;  ///< s, ascending, each once
@@ -69,25 +70,17 @@ struct ResolvedSteps {
 
 /// The functions below throw InputError for texts that are malformed. It says where, and what to write.
 
-/// "midpoint" or "midpoint:KEY=VALUE,KEY=VALUE". The keys are those of [solver] and the ones of [time] that
-/// adapt the steps.
-StudyRule read_study_rule(const std::string& text);
-
-/// Gives a scene the integrator and the settings of a rule. Throws InputError as the scene reader does.
-void apply_rule(const StudyRule& rule, Scene& scene);
-
 /// "1e-3,4x,0.02T,auto".
 std::vector<StepRequest> read_step_requests(const std::string& text);
 
 /// The requests for each rule from the texts "RULE=LIST", or "LIST" for all rules. Those without a text have none.
 std::vector<std::vector<StepRequest>> assign_steps(const std::vector<std::string>& texts,
-                                                   const std::vector<StudyRule>& rules);
+                                                   const std::vector<Integrator>& rules);
 
 /// The names of rules in such texts, each once. None if one of the lists is for all rules.
 std::vector<std::string> rules_with_steps(const std::vector<std::string>& texts);
 
-/// "positions" (or "position", or nothing), "probe.NAME", "peak.probe.NAME", "frequency.probe.NAME",
-/// "energy.COLUMN".
+/// "positions" (or "position", or nothing), "probe.NAME", "peak.probe.NAME", "frequency.probe.NAME".
 ErrorMeasure read_error_measure(const std::string& text);
 
 /// "10s", "2min", "1h" in s.
@@ -96,13 +89,9 @@ double read_duration(const std::string& text, const std::string& where);
 /// "1%" or "0.01", between 0 and 1 (both excluded).
 double read_share(const std::string& text, const std::string& where);
 
-/// "2/5": the part and the number of parts. Of runs in a fixed order, run i belongs to part 1 + i mod 5.
-std::pair<int, int> read_part(const std::string& text, const std::string& where);
-
 /// The steps of a rule in s. Those in other units than s are made shorter so that they divide the end. `stable_step`
-/// is h_crit of the rule itself. Without requests the rule has a ladder. A rule with adaptive steps has only
-/// requested steps, with which it begins, or begins with 0.5 h_crit.
-ResolvedSteps resolve_steps(const std::vector<StepRequest>& requests, const StudyRule& rule,
+/// is h_crit of the rule itself. Without requests the rule has a ladder.
+ResolvedSteps resolve_steps(const std::vector<StepRequest>& requests, Integrator rule,
                             double stable_step, const StepScales& scales);
 
 /// The least number of the series 1, 2, 5, 10, … that is at least n.

@@ -5,14 +5,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
-#include <nlohmann/json.hpp>
 #include <optional>
-#include <set>
-#include <string_view>
 
 #include "core/quoting.h"
 #include "core/spelling.h"
-#include "simulation/scene/setting_keys.h"
 #include "simulation/stepping/step_count.h"
 #include "tetraction/core/error.h"
 
@@ -56,9 +52,8 @@ StepRequest read_step_request(const std::string& text) {
   return {unit == "T" ? StepUnit::kPeriods : StepUnit::kSeconds, number->first, text};
 }
 
-// Rules may have a sign of equality in their names, steps have none.
 std::pair<std::string, std::string> rule_and_list(const std::string& text) {
-  const std::size_t equals = text.rfind('=');
+  const std::size_t equals = text.find('=');
   if (equals == std::string::npos) return {"", text};
   if (equals == 0) {
     throw InputError(
@@ -70,7 +65,7 @@ std::pair<std::string, std::string> rule_and_list(const std::string& text) {
 }
 
 // The step in s, before it is made to divide the end.
-double seconds_of(const StepRequest& request, const StudyRule& rule, double rule_limit,
+double seconds_of(const StepRequest& request, Integrator rule, double rule_limit,
                   const StepScales& scales) {
   if (request.unit == StepUnit::kPeriods) return request.value * scales.period();
   const bool is_auto = request.unit == StepUnit::kAuto;
@@ -79,20 +74,20 @@ double seconds_of(const StepRequest& request, const StudyRule& rule, double rule
     throw InputError(fmt::format(
         "--steps: {} of {} needs h_crit, but nothing in this scene limits the explicit rules. Give "
         "the step in s.",
-        request.text, rule.name));
+        request.text, to_string(rule)));
   }
   return (is_auto ? 0.5 : request.value) * limit;
 }
 
-double resolve_step(const StepRequest& request, const StudyRule& rule, double rule_limit,
+double resolve_step(const StepRequest& request, Integrator rule, double rule_limit,
                     const StepScales& scales) {
   const bool is_in_seconds = request.unit == StepUnit::kSeconds;
   double step = is_in_seconds ? request.value : seconds_of(request, rule, rule_limit, scales);
   // Half of h_crit may be longer than the study, which then is one step.
   if (request.unit == StepUnit::kAuto) step = std::min(step, scales.end);
-  const std::string name = is_in_seconds ? fmt::format("The step {} s of {}", step, rule.name)
+  const std::string name = is_in_seconds ? fmt::format("The step {} s of {}", step, to_string(rule))
                                          : fmt::format("The step {} of {}, which is {:.6g} s,",
-                                                       request.text, rule.name, step);
+                                                       request.text, to_string(rule), step);
   if (step > scales.end * (1.0 + 1e-12)) {
     throw InputError(fmt::format(
         "{} must be at most the end time {} s. Ask for a shorter one, or make time.end larger.",
@@ -107,65 +102,24 @@ double resolve_step(const StepRequest& request, const StudyRule& rule, double ru
                        : scales.end / std::max(1.0, std::ceil(scales.end / step * (1.0 - 1e-9)));
 }
 
-const NameList& keys_of_rules() {
-  static const NameList keys{"solver.kind",           "solver.linear", "solver.tolerance",
-                             "solver.max_iterations", "time.adapt",    "time.tolerance",
-                             "time.min_step",         "time.max_step", "time.retry"};
-  return keys;
-}
-
 }  // namespace
 
-bool StudyRule::has_adaptive_steps() const {
-  return std::any_of(values.begin(), values.end(), [](const auto& value) {
-    return value.first == "time.adapt" && value.second != "none";
-  });
+bool chooses_steps(const StudyRequests& requests) {
+  bool chooses = requests.target.has_value();
+  for (std::size_t i = 0; i < requests.rules.size(); ++i) {
+    const std::vector<StepRequest>& steps = requests.steps[i];
+    const bool has_auto = is_implicit(requests.rules[i]) &&
+                          std::any_of(steps.begin(), steps.end(), [](const StepRequest& step) {
+                            return step.unit == StepUnit::kAuto;
+                          });
+    chooses = chooses || steps.empty() || has_auto;
+  }
+  return chooses;
 }
 
 std::string to_string(const ErrorMeasure& measure) {
   const std::string kind = EnumNames<ErrorKind>::names[static_cast<std::size_t>(measure.kind)];
   return measure.kind == ErrorKind::kPositions ? kind : kind + "." + measure.name;
-}
-
-StudyRule read_study_rule(const std::string& text) {
-  const std::size_t colon = text.find(':');
-  StudyRule rule{text, integrator_from_string(text.substr(0, colon))};
-  if (colon == std::string::npos) return rule;
-  for (const std::string& entry : split_at_commas(text.substr(colon + 1))) {
-    const std::size_t equals = entry.find('=');
-    const std::string key = entry.substr(0, equals);
-    if (equals == std::string::npos || equals + 1 == entry.size()) {
-      throw InputError(
-          fmt::format("--rule {}: {} is no setting. Write RULE:KEY=VALUE, for instance "
-                      "midpoint:solver.tolerance=1e-6.",
-                      in_quotes(text), in_quotes(entry)));
-    }
-    const NameList& keys = keys_of_rules();
-    if (std::find(keys.begin(), keys.end(), key) == keys.end()) {
-      throw InputError(fmt::format(
-          "--rule {}: {} is no setting of a rule: {}. Other keys can be compared with --vary.",
-          in_quotes(text), in_quotes(key), advice(key, keys)));
-    }
-    rule.values.emplace_back(key, entry.substr(equals + 1));
-  }
-  return rule;
-}
-
-void apply_rule(const StudyRule& rule, Scene& scene) {
-  scene.time.integrator = rule.integrator;
-  for (const auto& [name, text] : rule.values) {
-    const std::string place = fmt::format("--rule {}: {}", in_quotes(rule.name), name);
-    const bool is_solver = name.starts_with("solver.");
-    const SceneSection& section =
-        is_solver ? section_of<SolverSettings>() : section_of<TimeSettings>();
-    const SceneKey& key = *section.find(name.substr(name.find('.') + 1));
-    Json value = Json::parse(text, nullptr, false);
-    if (!value.is_number() && !value.is_boolean()) value = text;
-    void* settings = is_solver ? static_cast<void*>(&scene.solver) : &scene.time;
-    key.value->read(value, key.info.range, Refusal{[&] { return place; }}, settings);
-  }
-  check_settings(scene.solver);
-  check_settings(scene.time);
 }
 
 std::vector<StepRequest> read_step_requests(const std::string& text) {
@@ -185,19 +139,20 @@ std::vector<std::string> rules_with_steps(const std::vector<std::string>& texts)
 }
 
 std::vector<std::vector<StepRequest>> assign_steps(const std::vector<std::string>& texts,
-                                                   const std::vector<StudyRule>& rules) {
+                                                   const std::vector<Integrator>& rules) {
   std::vector<std::vector<StepRequest>> assigned(rules.size());
-  NameList names;
-  for (const StudyRule& rule : rules) names.emplace_back(rule.name);
+  std::vector<std::string> names;
+  for (const Integrator rule : rules) names.push_back(to_string(rule));
   for (const std::string& text : texts) {
     const auto [name, list] = rule_and_list(text);
     const std::vector<StepRequest> requests = read_step_requests(list);
     if (!name.empty() && std::find(names.begin(), names.end(), name) == names.end()) {
       throw InputError(fmt::format("--steps {}: {} is no rule of this study: {}", in_quotes(text),
-                                   in_quotes(name), advice(name, names)));
+                                   in_quotes(name),
+                                   advice(name, NameList(names.begin(), names.end()))));
     }
     for (std::size_t i = 0; i < rules.size(); ++i) {
-      if (!name.empty() && name != rules[i].name) continue;
+      if (!name.empty() && name != names[i]) continue;
       assigned[i].insert(assigned[i].end(), requests.begin(), requests.end());
     }
   }
@@ -206,8 +161,7 @@ std::vector<std::vector<StepRequest>> assign_steps(const std::vector<std::string
 
 ErrorMeasure read_error_measure(const std::string& text) {
   if (text.empty() || text == "position" || text == "positions") return {};
-  for (const ErrorKind kind :
-       {ErrorKind::kProbe, ErrorKind::kPeak, ErrorKind::kFrequency, ErrorKind::kEnergy}) {
+  for (const ErrorKind kind : {ErrorKind::kProbe, ErrorKind::kPeak, ErrorKind::kFrequency}) {
     const std::string prefix = to_string(ErrorMeasure{kind});
     if (text.size() > prefix.size() && text.starts_with(prefix)) {
       return {kind, text.substr(prefix.size())};
@@ -215,7 +169,7 @@ ErrorMeasure read_error_measure(const std::string& text) {
   }
   throw InputError(fmt::format(
       "--error {}: write positions, probe.NAME, peak.probe.NAME or frequency.probe.NAME with the "
-      "name of a [[probe]] of the scene, or energy.COLUMN with a column of history.csv.",
+      "name of a [[probe]] of the scene.",
       in_quotes(text)));
 }
 
@@ -242,36 +196,16 @@ double read_share(const std::string& text, const std::string& where) {
   return share;
 }
 
-std::pair<int, int> read_part(const std::string& text, const std::string& where) {
-  const auto first = number_and_unit(text);
-  const bool has_slash = first && first->second.starts_with("/");
-  const auto second = has_slash ? number_and_unit(first->second.substr(1)) : std::nullopt;
-  const auto is_count = [](double value) {
-    return value >= 1.0 && value <= 1e6 && value == std::floor(value);
-  };
-  if (!second || !second->second.empty() || !is_count(first->first) || !is_count(second->first) ||
-      first->first > second->first) {
-    throw InputError(fmt::format("{} {}: write k/n, such as 2/5 for the second of five parts.",
-                                 where, in_quotes(text)));
-  }
-  return {static_cast<int>(first->first), static_cast<int>(second->first)};
-}
-
-ResolvedSteps resolve_steps(const std::vector<StepRequest>& requests, const StudyRule& rule,
+ResolvedSteps resolve_steps(const std::vector<StepRequest>& requests, Integrator rule,
                             double stable_step, const StepScales& scales) {
   ResolvedSteps resolved;
-  const bool has_auto = is_implicit(rule.integrator) && !rule.has_adaptive_steps();
-  resolved.has_ladder = requests.empty() && !rule.has_adaptive_steps();
+  resolved.has_ladder = requests.empty();
   for (const StepRequest& request : requests) {
-    if (request.unit == StepUnit::kAuto && has_auto) {
+    if (request.unit == StepUnit::kAuto && is_implicit(rule)) {
       resolved.has_ladder = true;
     } else {
       resolved.steps.push_back(resolve_step(request, rule, stable_step, scales));
     }
-  }
-  if (requests.empty() && rule.has_adaptive_steps()) {
-    resolved.steps.push_back(
-        resolve_step({StepUnit::kAuto, 0.0, "auto"}, rule, stable_step, scales));
   }
   std::vector<double>& steps = resolved.steps;
   std::sort(steps.begin(), steps.end());
