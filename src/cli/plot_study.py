@@ -204,7 +204,7 @@ def read_study(folder):
              "solver": str(entry.get("solver") or "") if entry.get("compares_solver") else "",
              "directory": os.path.join(folder, str(entry.get("directory")))}
             for entry in listed("runs")
-            if usable(number(entry.get("step"))) and entry.get("role") != "reference"]  # fmt: skip
+            if usable(number(entry.get("step"))) and entry.get("role") not in ("reference", "trial")]  # fmt: skip
     if not runs:
         raise Unusable("study.json names no run with a step")
     rules = list(dict.fromkeys([*RULES, *(run["rule"] for run in runs)]))
@@ -725,8 +725,10 @@ def band(panel, x, level, name):
 
 def error_of(study):
     """Key and words of the error that the orders are of."""
-    if study["error"].startswith("probe."):
-        return "probe_error", f"relative error of the probe {plain(study['error'][len('probe.'):])}"
+    part, found, name = study["error"].partition("probe.")
+    if found:
+        part = f"{part[:-1]} of the " if part else ""
+        return "probe_error", f"relative error of the {part}probe {plain(name)}"
     at = f" at $t$ = {si(study['end'], 's')}" if usable(study["end"]) else " at the end"
     return "position_error", f"relative position error{at}"
 

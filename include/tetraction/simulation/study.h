@@ -11,6 +11,7 @@
 #include "tetraction/simulation/motion_track.h"
 #include "tetraction/simulation/probe.h"
 #include "tetraction/simulation/session.h"
+#include "tetraction/simulation/study_choice.h"
 
 namespace tetraction {
 
@@ -42,6 +43,13 @@ struct SolverComparison {
   double step = 0.0;   ///< s
 };
 
+/// The steps of one integrator, s, ascending.
+struct RuleSteps {
+  Integrator integrator = Integrator::kMidpoint;
+  std::vector<double> steps;
+  std::vector<double> trials{};  ///< of runs that were made to find these steps
+};
+
 /// The runs that a study compares.
 struct StudySettings {
   /// Scenes to run instead of the given one. Each is run with every integrator at every step. It is
@@ -51,6 +59,7 @@ struct StudySettings {
   std::vector<StudyVariant> variants;
   std::vector<Integrator> integrators;  ///< empty: all four
   std::vector<double> steps;  ///< s; empty: 1/4, 1/2, 2, 8 and 32 times h_crit of `explicit`
+  std::vector<RuleSteps> rule_steps{};  ///< if there are any, instead of `integrators` and `steps`
   /// Step of the reference run. By default it is the finest step of the study.
   std::optional<double> reference_step;
   Integrator reference_integrator = Integrator::kMidpoint;
@@ -60,6 +69,8 @@ struct StudySettings {
   /// Name of a probe of the scene whose error gives the observed orders. Empty: the error of the
   /// positions does.
   std::string error_probe{};
+  /// What counts of that probe: its values over time, or only their peak or their frequency.
+  ErrorKind error_kind = ErrorKind::kProbe;
 };
 
 /// The role of a row of a study.
@@ -68,7 +79,8 @@ enum class StudyRole {
   kReference,  ///< a run that only serves as a reference, or tells the error of one
   /// A run that was asked for, of another variant than its reference, with another solver; its differences show
   /// what that changes.
-  kVariant
+  kVariant,
+  kTrial  ///< a run that was only made to choose the steps of the others
 };
 
 /// One run of a study.
@@ -107,13 +119,21 @@ struct StudyPlan {
   /// positions of the two can be compared.
   std::vector<bool> has_first_mesh;
 
-  std::string error_probe{};           ///< StudySettings::error_probe
-  std::vector<ProbeColumns> probes{};  ///< of the first variant
+  std::string error_probe{};                 ///< StudySettings::error_probe
+  ErrorKind error_kind = ErrorKind::kProbe;  ///< StudySettings::error_kind
+  std::vector<ProbeColumns> probes{};        ///< of the first variant
 
   const PlannedRun& finest_run(const PlannedReference& reference) const {
     return runs[reference.runs.back()];
   }
 };
+
+/// Checks the settings and fills in everything of a plan but runs and references.
+StudyPlan begin_plan(const Scene& scene, const TetMesh& mesh, const StudySettings& settings);
+
+/// A run of a variant with this integrator and step, as plan_study() plans it.
+PlannedRun planned_run(const StudyPlan& plan, std::size_t variant, Integrator integrator,
+                       double step);
 
 /// Checks the settings and plans the runs. If no steps are given, they are multiples of the
 /// stability limit. Throws InputError for steps that are not positive or longer than the end time,
@@ -121,7 +141,7 @@ struct StudyPlan {
 /// change [time], and solvers that cannot be compared.
 StudyPlan plan_study(const Scene& scene, const TetMesh& mesh, const StudySettings& settings);
 
-/// "run", "reference", "variant": the words of study.csv.
+/// "run", "reference", "variant", "trial": the words of study.csv.
 std::string to_string(StudyRole role);
 /// "run", "richardson".
 std::string to_string(ReferenceKind kind);
@@ -227,8 +247,9 @@ struct StudyRow {
   double observed_order = 0.0;
   /// The error of the study's error probe: max over the times of the run of |s − s_ref|, divided by
   /// the maximum of |s_ref| over the times of the reference. s are the values of the probe as a
-  /// vector. Those of the reference are interpolated linearly in time. NaN without an error probe,
-  /// and unless run and reference finished.
+  /// vector. Those of the reference are interpolated linearly in time. With StudySettings::error_kind
+  /// it is |max|s| − max|s_ref||/max|s_ref| instead, or |f − f_ref|/f_ref with the frequency of the component
+  /// that varies most. NaN without an error probe, and unless run and reference finished.
   double probe_error = std::numeric_limits<double>::quiet_NaN();
   std::string date{};       ///< when the run began, as utc_now() gives it
   std::string processor{};  ///< Machine::processor of the computer that made the run
@@ -254,6 +275,13 @@ struct VariantValues {
   std::vector<VariedValue> values;
 };
 
+/// What runs that were made to choose steps found for a rule.
+struct RuleFinding {
+  Integrator rule = Integrator::kMidpoint;
+  std::optional<TargetStep> target{};  ///< the largest step that meets StudyResult::target
+  std::optional<StableStep> stable{};  ///< the largest stable step of an explicit rule
+};
+
 struct StudyResult {
   double stable_step =
       0.0;           ///< h_crit of `explicit` at the initial state (of the first variant), s
@@ -272,10 +300,13 @@ struct StudyResult {
   /// All references, if there are several. The first one is that which the other members describe.
   std::vector<VariantReference> references{};
   std::vector<VariantValues> variants{};  ///< in their order; empty if nothing is varied
-  std::vector<StudyRow> rows;          ///< by variant, by integrator, then from the finest step up
-  std::vector<std::string> remarks;    ///< remarks for the user, such as a missing reference
-  std::string error_probe{};           ///< StudySettings::error_probe
-  std::vector<ProbeColumns> probes{};  ///< of the first variant
+  std::vector<StudyRow> rows;        ///< by variant, by integrator, then from the finest step up
+  std::vector<std::string> remarks;  ///< remarks for the user, such as a missing reference
+  std::string error_probe{};         ///< StudySettings::error_probe
+  ErrorKind error_kind = ErrorKind::kProbe;  ///< StudySettings::error_kind
+  std::vector<ProbeColumns> probes{};        ///< of the first variant
+  std::optional<double> target{};            ///< the relative error for which steps were searched
+  std::vector<RuleFinding> findings{};       ///< of the rules for which there are any
 };
 
 /// Makes the observers of one run, given its directory relative to the study's.
@@ -313,6 +344,28 @@ struct StudyMemory {
 StudyResult run_study(const StudyPlan& plan, const TetMesh& mesh,
                       const ObserverFactory& observers = {}, const StudyProgress& progress = {},
                       const StudyMemory& memory = {}, int jobs = 1);
+
+/// Makes one run, or takes it from `memory`, for the choice of steps.
+TrackedRun make_tracked_run(const StudyPlan& plan, const PlannedRun& run, const TetMesh& mesh,
+                            const ObserverFactory& observers, const StudyProgress& progress,
+                            const StudyMemory& memory);
+
+/// Settings of a study with steps for each rule, and how they were chosen.
+struct ChosenStudy {
+  StudySettings settings;
+  StepChoice choice;
+  std::vector<RuleFinding> findings;  ///< for StudyResult
+};
+
+/// Resolves the steps that are asked for. If some are to be chosen, makes trial runs of the first variant with `make`,
+/// within the budget. `frame` is begin_plan() of the settings, whose own integrators and steps do not
+/// count. Throws InputError for steps that do not fit the scene.
+ChosenStudy choose_study(const StudyPlan& frame, const TetMesh& mesh, StudySettings settings,
+                         const StudyRequests& requests,
+                         const std::function<TrackedRun(const PlannedRun&)>& make);
+
+/// The time that a run takes, as its first steps tell, s. NaN if they fail.
+double estimated_seconds(const StudyPlan& plan, const PlannedRun& run, const TetMesh& mesh);
 
 /// Plans a study and makes its runs.
 StudyResult run_study(const Scene& scene, const TetMesh& mesh, const StudySettings& settings,

@@ -21,6 +21,7 @@
 #include "cli/program_failure.h"
 #include "cli/progress_bar.h"
 #include "cli/scene_source.h"
+#include "cli/study_arguments.h"
 #include "cli/study_drawing.h"
 #include "cli/study_frames.h"
 #include "cli/study_variants.h"
@@ -46,30 +47,6 @@
 namespace tetraction {
 namespace {
 
-struct StudyArguments {
-  std::string scene;
-  std::string out;
-  std::vector<std::string> overrides;
-  std::vector<std::string> integrators;
-  std::vector<double> steps;
-  std::optional<double> reference_step;
-  std::string reference_integrator = "midpoint";
-  std::string reference = "run";
-  std::vector<std::string> vary;
-  std::vector<std::string> also_solvers;
-  std::vector<std::string> frames;
-  std::string error;
-  int jobs = 1;
-  bool quiet = false;
-  bool json = false;
-  bool no_plots = false;
-  StudyDrawing drawing;
-  bool resume = false;
-  bool all = false;
-  std::string table;
-  bool fresh = false;
-};
-
 // SOLVER@STEP.
 SolverComparison read_comparison(const std::string& text) {
   const auto at = text.find('@');
@@ -83,42 +60,19 @@ SolverComparison read_comparison(const std::string& text) {
   return comparison;
 }
 
-// probe.NAME: the name. position: empty.
-std::string read_error_probe(const std::string& text) {
-  const std::string prefix = "probe.";
-  if (text.empty() || text == "position") return {};
-  if (text.rfind(prefix, 0) == 0 && text.size() > prefix.size()) return text.substr(prefix.size());
-  throw InputError(
-      fmt::format("--error {}: write --error probe.NAME with the name of a [[probe]] of the scene, "
-                  "or --error position.",
-                  text));
-}
-
-StudySettings read_settings(const StudyArguments& arguments) {
+StudySettings read_settings(const StudyArguments& arguments, const StudyRequests& requests) {
   StudySettings settings;
   settings.variants = read_variants(arguments.scene, arguments.overrides, arguments.vary);
-  for (const std::string& name : arguments.integrators) {
-    const Integrator integrator = integrator_from_string(name);
-    if (std::count(settings.integrators.begin(), settings.integrators.end(), integrator) > 0) {
-      throw InputError(fmt::format("--integrators: {} is there twice.", name));
-    }
-    settings.integrators.push_back(integrator);
-  }
-  settings.steps = arguments.steps;
   settings.reference_step = arguments.reference_step;
-  settings.reference_integrator = integrator_from_string(arguments.reference_integrator);
   settings.reference_kind = reference_kind_from_string(arguments.reference);
   for (const std::string& text : arguments.also_solvers) {
     settings.solver_comparisons.push_back(read_comparison(text));
   }
-  settings.error_probe = read_error_probe(arguments.error);
+  if (requests.error.kind != ErrorKind::kPositions) {
+    settings.error_probe = requests.error.name;
+    settings.error_kind = requests.error.kind;
+  }
   return settings;
-}
-
-// Whether the study has an implicit run.
-bool has_implicit_runs(const StudyPlan& plan) {
-  return std::any_of(plan.runs.begin(), plan.runs.end(),
-                     [](const PlannedRun& run) { return is_implicit(run.integrator); });
 }
 
 // What the reference is, and how many steps it takes.
@@ -219,8 +173,40 @@ void tell_of_lost_runs(const std::string& directory, const std::set<std::string>
                         directory, lost.size(), names));
 }
 
+// The name of a run in messages.
+std::string run_text(const StudyPlan& plan, const PlannedRun& run) {
+  const std::string& variant = plan.variants[run.variant].name;
+  return fmt::format("{}{}{}{}", to_string(run.integrator), run.compares_solver ? " " : "",
+                     run.compares_solver ? run.solver : "",
+                     variant.empty() ? "" : " (" + variant + ")");
+}
+
+// The runs of a plan with the times that they take, of which the first steps tell.
+std::string text_of_plan(const StudyPlan& plan, const TetMesh& mesh, const StudyMemory& memory) {
+  std::vector<PlanLine> lines;
+  for (const PlannedRun& run : plan.runs) {
+    PlanLine line{run_text(plan, run), run.step};
+    if (run.role == StudyRole::kTrial) line.run += " (trial)";
+    if (run.role == StudyRole::kReference) line.run += " (reference)";
+    line.steps = static_cast<Index>(std::ceil(plan.end / run.step * (1.0 - 1e-9)));
+    line.is_kept = memory.kept && memory.kept(run);
+    if (!line.is_kept) line.seconds = estimated_seconds(plan, run, mesh);
+    lines.push_back(std::move(line));
+  }
+  return plan_text(lines);
+}
+
 int study(const StudyArguments& arguments) {
-  StudySettings settings = read_settings(arguments);
+  const StudyRequests requests = study_requests(arguments);
+  StudySettings settings = read_settings(arguments, requests);
+  const bool names_frames = !arguments.frames.empty() && arguments.frames.front() != "all" &&
+                            arguments.frames.front() != "none";
+  if (names_frames && chooses_steps(requests)) {
+    throw InputError(
+        "--frames names runs, but the steps are not chosen yet: give --steps, or write --frames "
+        "all "
+        "or none.");
+  }
   const Scene scene = settings.variants.empty() ? read_scene(arguments.scene, arguments.overrides)
                                                 : settings.variants.front().scene;
   const std::string directory = output_directory(scene, arguments.out, arguments.overrides);
@@ -258,39 +244,33 @@ int study(const StudyArguments& arguments) {
       throw InputError(in_variant(variant, error.what()));
     }
   }
-  const StudyPlan plan = plan_study(scene, mesh, settings);
-  check_folder_of_study(plan, directory);
-  const std::vector<std::string> frames = runs_with_frames(arguments.frames, plan);
-  if (!arguments.quiet) {
-    print_note(of_reference(plan));
-    if (const std::string note = of_jobs(arguments.jobs); !note.empty()) print_note(note);
-  }
-  make_output_directory(directory);
-  const DirectoryLock lock(directory);
-
+  const StudyPlan frame = begin_plan(scene, mesh, settings);
   const bool goes_on = !arguments.fresh && holds_study(directory);
-  if (goes_on && !arguments.quiet) {
-    std::set<std::string> lost = lost_runs(directory);
-    const std::set<std::string> asked = run_names(plan);
-    std::erase_if(lost, [&](const std::string& run) { return !asked.contains(run); });
-    tell_of_lost_runs(directory, lost);
-  }
+  std::optional<DirectoryLock> lock;
+  const auto begin = [&] {
+    if (lock) return;
+    make_output_directory(directory);
+    lock.emplace(directory);
+  };
   const std::vector<std::string> old_plots = plots_of_study(directory);
-  StudyFolder runs(directory, plan, mesh, frames);
+  StudyFolder trials(directory, frame, mesh, {});
+  StudyFolder* folder = &trials;
+  std::set<std::string> made;
 
   const bool has_bars = arguments.jobs == 1 && ProgressBar::possible();
   std::string label;
-  std::size_t made = 0;
+  bool has_told_of_blas = arguments.quiet;
   const auto observers = [&](const std::string& run) {
     // Everything has been checked before this, so that a mistake does not delete the results of an
     // earlier study.
-    if (made++ == 0 && arguments.fresh && remove_study(directory) && !arguments.quiet) {
+    if (made.empty() && arguments.fresh && remove_study(directory) && !arguments.quiet) {
       print_note(fmt::format("{}: the results of an earlier study were deleted", directory));
     }
-    runs.begin_run(run, name);
+    made.insert(run);
+    folder->begin_run(run, name);
     std::vector<std::unique_ptr<Observer>> result;
-    auto recorder = std::make_unique<RunRecorder>(runs.path(run),
-                                                  runs.has_frames(run) ? scene.output.every : 0);
+    auto recorder = std::make_unique<RunRecorder>(folder->path(run),
+                                                  folder->has_frames(run) ? scene.output.every : 0);
     recorder->set_stop_code(&InterruptGuard::exit_code);
     result.push_back(std::move(recorder));
     result.push_back(std::make_unique<InterruptGuard>());
@@ -302,26 +282,85 @@ int study(const StudyArguments& arguments) {
   };
   const auto progress = [&](std::size_t index, std::size_t count, const PlannedRun& run) {
     // This comes after the checks of the settings, whose message is then the only one.
-    if (made == 0 && label.empty() && !arguments.quiet && has_implicit_runs(plan)) {
+    if (!has_told_of_blas && is_implicit(run.integrator)) {
+      has_told_of_blas = true;
       if (const std::string warning = blas_warning(); !warning.empty()) print_warning(warning);
     }
-    const std::string& variant = plan.variants[run.variant].name;
-    label =
-        fmt::format("[{}/{}] {}{}{}{} h = {:.4g} s", index + 1, count, to_string(run.integrator),
-                    run.compares_solver ? " " : "", run.compares_solver ? run.solver : "",
-                    variant.empty() ? "" : " (" + variant + ")", run.step);
+    label = fmt::format("[{}] {} h = {:.4g} s",
+                        folder == &trials ? "trial" : fmt::format("{}/{}", index + 1, count),
+                        run_text(frame, run), run.step);
     if (!arguments.quiet && !has_bars) print_progress(label + "\n");
   };
+  const ChosenStudy chosen = [&] {
+    const InterruptGuard between_runs;
+    StudyPlan trial = frame;
+    return choose_study(frame, mesh, settings, requests, [&](const PlannedRun& run) {
+      trial.runs = {run};
+      check_folder_of_study(trial, directory);
+      StudyMemory memory = trials.memory(goes_on || !made.empty());
+      if (!arguments.plan) {
+        begin();
+        return make_tracked_run(frame, run, mesh, observers, progress, memory);
+      }
+      memory.made = nullptr;  // nothing is written
+      return make_tracked_run(
+          frame, run, mesh,
+          [](const std::string&) {
+            std::vector<std::unique_ptr<Observer>> result;
+            result.push_back(std::make_unique<InterruptGuard>());
+            return result;
+          },
+          {}, memory);
+    });
+  }();
+  if (chosen.choice.is_stopped) {
+    print_note(
+        "the study was interrupted while its steps were chosen: the same command goes on there");
+    return InterruptGuard::exit_code();
+  }
+  const StudyPlan plan = plan_study(scene, mesh, chosen.settings);
+  check_folder_of_study(plan, directory);
+  const std::vector<std::string> frames = runs_with_frames(arguments.frames, plan);
+  StudyFolder runs(directory, plan, mesh, frames);
+  folder = &runs;
+  const StudyMemory memory = runs.memory(goes_on || !made.empty());
+  if (arguments.plan) {
+    for (const std::string& remark : chosen.choice.remarks) print_note(remark);
+    write_result(text_of_plan(plan, mesh, goes_on ? memory : StudyMemory()));
+    return 0;
+  }
+  begin();
+  if (goes_on && !arguments.quiet) {
+    std::set<std::string> lost = lost_runs(directory);
+    const std::set<std::string> asked = run_names(plan);
+    std::erase_if(lost, [&](const std::string& run) { return !asked.contains(run); });
+    tell_of_lost_runs(directory, lost);
+  }
+  if (!arguments.quiet) {
+    print_note(of_reference(plan));
+    if (chosen.choice.seconds > 0.0) {
+      print_note(fmt::format("the steps were chosen; the runs that are left take about {:.2g} s",
+                             chosen.choice.seconds));
+    }
+    if (const std::string note = of_jobs(arguments.jobs); !note.empty()) print_note(note);
+  }
   const StudyResult result = [&] {
     const InterruptGuard between_runs;
-    return run_study(plan, mesh, observers, progress, runs.memory(goes_on), arguments.jobs);
+    StudyResult compared = run_study(plan, mesh, observers, progress, memory, arguments.jobs);
+    compared.target = requests.target;
+    compared.findings = chosen.findings;
+    compared.remarks.insert(compared.remarks.begin(), chosen.choice.remarks.begin(),
+                            chosen.choice.remarks.end());
+    return compared;
   }();
 
   if (goes_on && !arguments.quiet) {
-    const std::size_t count = plan.runs.size();
-    print_note(made == 0 ? fmt::format("{}: the study was complete, and no run was made", directory)
-                         : fmt::format("{}: {} of {} runs were kept", directory,
-                                       count - std::min(made, count), count));
+    const auto kept = std::count_if(plan.runs.begin(), plan.runs.end(), [&](const PlannedRun& run) {
+      return !made.contains(run.directory);
+    });
+    print_note(made.empty()
+                   ? fmt::format("{}: the study was complete, and no run was made", directory)
+                   : fmt::format("{}: {} of {} runs were kept", directory, kept, plan.runs.size()));
   }
   const StudyProvenance provenance{command_line(), utc_now()};
   write_study(result, name, directory, provenance);
@@ -362,92 +401,11 @@ int study(const StudyArguments& arguments) {
 }  // namespace
 
 void add_study_command(CLI::App& app, int& exit_code) {
-  auto arguments = std::make_shared<StudyArguments>();
   CLI::App* command = app.add_subcommand(
       "study",
       "Compare integrators, step sizes and solvers on one scene. A run that becomes unstable is a "
       "result, not an error.");
-  command->add_option("scene", arguments->scene,
-                      "Scene file (TOML). Write ./diff for a file whose name is diff.");
-  command
-      ->add_option(
-          "--integrators", arguments->integrators,
-          fmt::format("Comma-separated: {} (default: all)", fmt::join(integrator_names(), ",")))
-      ->delimiter(',')
-      ->allow_extra_args(false);
-  command
-      ->add_option("--steps", arguments->steps,
-                   "Comma-separated step sizes in s (default: 1/4, 1/2, 2, 8, 32 times the "
-                   "stability limit)")
-      ->delimiter(',')
-      ->allow_extra_args(false);
-  command
-      ->add_option("--reference", arguments->reference,
-                   "run: the reference is one run (default). richardson: it is extrapolated from "
-                   "runs with twice, once and half the reference step, and its error is estimated.")
-      ->check(not_empty("it names no kind of reference"));
-  command->add_option("--reference-step", arguments->reference_step,
-                      "Step of the reference run (default: the finest of the study)");
-  command->add_option("--reference-integrator", arguments->reference_integrator,
-                      "Integrator of the reference run (default: midpoint)");
-  command
-      ->add_option(
-          "--vary", arguments->vary,
-          "KEY=V1,V2,...: makes the whole study with each value of a scene key, e.g. "
-          "fix.0.mode=exact,penalty. Several --vary give all combinations. Each variant is "
-          "compared with a reference of its own; those that differ in solver keys only share one.")
-      ->check(not_empty("it names no key"))
-      ->take_all()
-      ->allow_extra_args(false);
-  command
-      ->add_option("--also-solver", arguments->also_solvers,
-                   "Comma-separated SOLVER@STEP, e.g. ceres@1e-3: each adds a run with another "
-                   "solver than the scene's and the first implicit integrator of the study")
-      ->delimiter(',')
-      ->allow_extra_args(false);
-  command
-      ->add_option(
-          "--frames", arguments->frames,
-          "Runs that write frames for ParaView and the viewer: all, none, or a comma-separated "
-          "list "
-          "of their folders, e.g. midpoint-0.01 (default: the scene's integrator at the step "
-          "nearest to the scene's)")
-      ->delimiter(',')
-      ->allow_extra_args(false);
-  command
-      ->add_option("--error", arguments->error,
-                   "probe.NAME: orders and plots use the error of this probe over time instead of "
-                   "that of the final positions")
-      ->check(not_empty("it names no error"));
-  command->add_option("--out", arguments->out, "Output directory (default: the scene's)")
-      ->check(not_empty("it names no directory"));
-  command->add_option("--set", arguments->overrides, "KEY=VALUE: overrides a scene key")
-      ->take_all()
-      ->allow_extra_args(false);
-  command
-      ->add_option(
-          "--jobs", arguments->jobs,
-          "Number of runs that are made at the same time (default: 1), each with --threads "
-          "threads. Wall times count only where the machine has a core for each thread of "
-          "all these runs.")
-      ->check(CLI::Range(1, 1024));
-  command->add_flag(
-      "--fresh", arguments->fresh,
-      "Delete what an earlier study has left in the directory, and make all runs anew "
-      "(default: runs that compute the same are kept)");
-  command->add_flag("--resume", arguments->resume, "Nothing: runs are always kept without --fresh")
-      ->excludes("--fresh");
-  command->add_flag("--all", arguments->all, "Print the table of all runs instead of the answer");
-  command->add_option("--table", arguments->table,
-                      "markdown or latex: print nothing but the table of the answer for a paper");
-  command->add_flag("--no-plots", arguments->no_plots, "Do not draw plots");
-  command->add_option("--title", arguments->drawing.title, "Title of the plots (default: none)");
-  command->add_option("--style", arguments->drawing.style, "Style file of matplotlib for the plots")
-      ->check(CLI::ExistingFile);
-  command->add_option("--width", arguments->drawing.width, "Width of the plots: 85 or 170 mm")
-      ->check(CLI::IsMember({85, 170}));
-  command->add_flag("--quiet", arguments->quiet, "Only warnings and errors");
-  command->add_flag("--json", arguments->json, "Print study.json to stdout");
+  const std::shared_ptr<const StudyArguments> arguments = add_study_options(*command);
   add_study_diff_command(*command, exit_code);
   command->callback([arguments, command, &exit_code] {
     if (command->got_subcommand("diff")) return;

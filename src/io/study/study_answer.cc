@@ -55,11 +55,14 @@ class Facts {
   }
 
   StudyAnswer all() {
-    answer_.error = result_.error_probe.empty() ? "position error"
-                                                : "error of the probe " + result_.error_probe;
+    answer_.error = error_name(result_);
     answer_.reference_error = result_.reference_error;
     if (!compared_.empty()) {
-      for (const double target : kTargets) answer_.targets.push_back(for_target(target));
+      if (result_.target) {
+        answer_.targets.push_back(for_target(*result_.target));
+      } else {
+        for (const double target : kTargets) answer_.targets.push_back(for_target(target));
+      }
     }
     judge_rules();
     return answer_;
@@ -170,7 +173,8 @@ class Facts {
       const StudyRow* finer_with_error = nullptr;
       std::size_t place = 0;
       for (const StudyRow* row : rows_) {
-        if (rule_name(*row) != rule || row->role == StudyRole::kVariant) continue;
+        const bool is_other = row->role == StudyRole::kVariant || row->role == StudyRole::kTrial;
+        if (rule_name(*row) != rule || is_other) continue;
         if (finer != nullptr && std::isfinite(row->observed_order) && !compared_.empty()) {
           answer_.orders.push_back({finer, row});
         }
@@ -195,7 +199,8 @@ class Facts {
         ++place;
       }
     }
-    answer_.compares_phase = !answer_.is_monotone || 3 * answer_.large_errors > answer_.compared;
+    answer_.compares_phase = result_.error_kind == ErrorKind::kProbe &&
+                             (!answer_.is_monotone || 3 * answer_.large_errors > answer_.compared);
   }
 
   const StudyResult& result_;

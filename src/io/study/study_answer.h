@@ -65,8 +65,9 @@ struct Sensitivity {
 };
 
 struct StudyAnswer {
-  std::string error;                  ///< "position error", "error of the probe tip"
-  std::vector<TargetAnswer> targets;  ///< 10, 1 and 0.1 %, of the first variant
+  std::string error;  ///< "position error", "error of the probe tip"
+  std::vector<TargetAnswer>
+      targets;  ///< 10, 1 and 0.1 %, or StudyResult::target, of the first variant
   std::vector<OrderSeen> orders;
   double reference_error = 0.0;  ///< NaN if it is not known
   /// A rule whose two finest runs agree better with each other than with the reference. Empty if there is none.
@@ -94,6 +95,11 @@ struct StudyConclusion {
 
 /// The facts in plain sentences. A topic about which the numbers say nothing is left out.
 std::vector<StudyConclusion> study_conclusions(const StudyResult& result);
+
+/// What the search of steps found: for each rule the step that meets the target, and the largest stable one.
+std::vector<std::string> finding_sentences(const StudyResult& result);
+/// The same as the member `searched` of study.json.
+nlohmann::ordered_json findings_json(const StudyResult& result);
 
 enum class AnswerFormat { kTerminal, kMarkdown, kLatex };
 /// "markdown", "latex". Throws InputError for another word.

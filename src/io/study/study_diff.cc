@@ -296,7 +296,9 @@ StudyFile read_study_file(const std::string& path) {
     StudyDiffRow row = row_of(run, Reader(file, fmt::format("in entry {} of \"runs\", ", ++entry)));
     has_stopped_runs = has_stopped_runs || row.status == to_string(RunStatus::kCancelled);
     // Nobody asked for runs that only serve as a reference.
-    if (run["role"] != to_string(StudyRole::kReference)) study.rows.push_back(std::move(row));
+    const bool is_asked = run["role"] != to_string(StudyRole::kReference) &&
+                          run["role"] != to_string(StudyRole::kTrial);
+    if (is_asked) study.rows.push_back(std::move(row));
   }
   if (has_stopped_runs ||
       (json.contains("interrupted") && json["interrupted"] == SortedJson(true))) {

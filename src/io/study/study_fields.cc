@@ -69,7 +69,8 @@ const std::array kFields{
 
 constexpr std::array kStatuses{RunStatus::kFinished, RunStatus::kUnstable, RunStatus::kNotConverged,
                                RunStatus::kCancelled};
-constexpr std::array kRoles{StudyRole::kRun, StudyRole::kReference, StudyRole::kVariant};
+constexpr std::array kRoles{StudyRole::kRun, StudyRole::kReference, StudyRole::kVariant,
+                            StudyRole::kTrial};
 
 template <class Value, std::size_t N>
 Value named(const std::string& name, const std::array<Value, N>& values) {

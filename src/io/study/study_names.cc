@@ -22,6 +22,7 @@ std::vector<StudyResult> parts_of_study(const StudyResult& result) {
   empty.reference_step = result.reference_step;
   empty.is_interrupted = result.is_interrupted;
   empty.error_probe = result.error_probe;
+  empty.error_kind = result.error_kind;
   empty.probes = result.probes;
   empty.stable_step = std::numeric_limits<double>::quiet_NaN();  // that of the first variant
   std::vector<StudyResult> parts(result.references.size(), empty);
@@ -93,6 +94,14 @@ std::string in_limits(const StudyRow& row) {
   if (!std::isfinite(ratio) || !(ratio > 0.0)) return {};
   return fmt::format(" ({} h_crit)",
                      ratio < 1e3 ? short_number(ratio) : fmt::format("{:.0f}", ratio));
+}
+
+std::string error_name(const StudyResult& result) {
+  if (result.error_probe.empty()) return "position error";
+  const std::string part = result.error_kind == ErrorKind::kPeak        ? "peak of the "
+                           : result.error_kind == ErrorKind::kFrequency ? "frequency of the "
+                                                                        : "";
+  return fmt::format("error of the {}probe {}", part, result.error_probe);
 }
 
 std::string reference_name(const StudyResult& result) {

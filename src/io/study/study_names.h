@@ -28,6 +28,9 @@ std::string run_label(const StudyRow& row);
 /// " (0.9 h_crit)", or nothing without a stability limit.
 std::string in_limits(const StudyRow& row);
 
+/// "position error", "error of the probe tip", "error of the peak of the probe tip".
+std::string error_name(const StudyResult& result);
+
 /// The reference of the study: "midpoint with h = 1e-4 s", or "Richardson extrapolation of midpoint
 /// with h = 1e-4 s and 5e-5 s".
 std::string reference_name(const StudyResult& result);

@@ -300,9 +300,9 @@ std::string study_page(const StudyResult& result, const StudyPageContents& conte
   const bool has_shared = std::any_of(result.rows.begin(), result.rows.end(),
                                       [](const StudyRow& row) { return row.shares_machine; });
   const std::string question =
-      fmt::format("Which rule and step reach {} of 10, 1 and 0.1 % at the least cost?",
-                  result.error_probe.empty() ? "a position error"
-                                             : "an error of the probe " + result.error_probe);
+      fmt::format("Which rule and step reach {} {} of {} % at the least cost?",
+                  result.error_probe.empty() ? "a" : "an", error_name(result),
+                  result.target ? short_number(100.0 * *result.target) : "10, 1 and 0.1");
   return filled(
       kStudyPageHtml,
       {{"script_digest", script_digest()},

@@ -148,6 +148,7 @@ Sentences failures(const StudyResult& result) {
   std::vector<std::pair<std::string, Sentences>> above;
   Sentences others;
   for (const StudyRow& row : result.rows) {
+    if (row.role == StudyRole::kTrial) continue;
     const bool is_explicit_above = !is_implicit(row.integrator) && is_above_stability_limit(row);
     if (row.status == RunStatus::kCancelled || row.status == RunStatus::kRunning) {
       others.push_back(capitalised(named_run(row)) + " was interrupted.");
@@ -398,6 +399,7 @@ std::vector<StudyConclusion> study_conclusions(const StudyResult& result) {
     if (!sentences.empty()) conclusions.push_back({topic, std::move(sentences)});
   };
   add("Cost of accuracy", cost(answer));
+  add("Steps that were searched", finding_sentences(result));
   add("Variants", variants(result, answer));
   add("Runs that did not reach the end", failures(result));
   add("Limits of the comparison", limits(result, answer));
@@ -417,6 +419,8 @@ std::vector<std::string> answer_sentences(const StudyResult& result, const Study
   sentences.insert(sentences.end(), said.begin(),
                    said.begin() + static_cast<std::ptrdiff_t>(std::min(most, said.size())));
   if (is_sweep) return sentences;
+  const Sentences found = finding_sentences(result);
+  sentences.insert(sentences.end(), found.begin(), found.end());
   sentences.push_back(certainty(result, answer));
   if (answer.uses_processor_time) sentences.emplace_back(kProcessorTimes);
   if (answer.compares_phase) sentences.push_back(phase_caution(answer));

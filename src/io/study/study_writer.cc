@@ -193,7 +193,10 @@ std::string study_json(const StudyResult& result, const std::string& scene_name,
   if (!result.variants.empty()) json["variants"] = variants_json(result);
   if (!result.references.empty()) json["references"] = references_json(result);
   json["remarks"] = result.remarks;
-  json["error"] = result.error_probe.empty() ? "position" : "probe." + result.error_probe;
+  json["error"] = result.error_probe.empty()
+                      ? "position"
+                      : to_string(ErrorMeasure{result.error_kind, result.error_probe});
+  if (!result.findings.empty()) json["searched"] = findings_json(result);
   json["probes"] = nlohmann::ordered_json::array();
   for (const ProbeColumns& probe : result.probes) {
     json["probes"].push_back({{"name", probe.name},
@@ -239,10 +242,12 @@ std::string study_table(const StudyResult& result) {
         "than cores, so that its time does not count. --jobs 1 with fewer --threads measures it.\n";
   }
   if (!result.error_probe.empty()) {
-    text += fmt::format(
-        "probe.err: the largest |s - s_ref| of the probe {} over time, divided by the largest "
-        "|s_ref|; the order is that of this error.\n",
-        result.error_probe);
+    text += fmt::format("probe.err: {} of the probe {}; the order is that of this error.\n",
+                        result.error_kind == ErrorKind::kPeak ? "the relative error of the peak"
+                        : result.error_kind == ErrorKind::kFrequency
+                            ? "the relative error of the frequency"
+                            : "the largest |s - s_ref| over time, divided by the largest |s_ref|,",
+                        result.error_probe);
   }
   return text;
 }

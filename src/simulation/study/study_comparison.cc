@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "reference_extrapolation.h"
+#include "series_errors.h"
 #include "tetraction/simulation/study.h"
 
 namespace tetraction {
@@ -30,7 +31,6 @@ struct Reference {
   Track motion;
   std::optional<ReferenceExtrapolation> extrapolation;
   TrackScales scales;
-  double largest_probe = 0.0;
 };
 
 // Two neighbouring steps of a rule, with the error of the finer one and the difference of the two runs.
@@ -92,6 +92,11 @@ class Comparison {
   const ProbeRecord* probe_of(const MotionTrack& track) const {
     return has_probe() ? track.probe(plan_.error_probe) : nullptr;
   }
+  // How the error probe of a motion differs from that of another one; NaN without a probe.
+  double probe_difference(const MotionTrack& motion, const MotionTrack& exact) const {
+    const ProbeRecord* probe = probe_of(motion);
+    return probe != nullptr ? series_error(plan_.error_kind, *probe, *probe_of(exact)) : kNone;
+  }
   // The error that orders are computed from.
   double error_of(const StudyRow& row) const {
     return has_probe() ? row.probe_error : row.position_error;
@@ -104,6 +109,7 @@ class Comparison {
     result_.reference_integrator = finest.integrator;
     result_.reference_step = finest.step;
     result_.error_probe = plan_.error_probe;
+    result_.error_kind = plan_.error_kind;
     result_.probes = plan_.probes;
     for (const StudyVariant& variant : plan_.variants) {
       if (!variant.name.empty()) result_.variants.push_back({variant.name, variant.values});
@@ -134,9 +140,6 @@ class Comparison {
     if (planned.runs.size() == 3) extrapolate(planned, reference);
     if (!reference.motion) return reference;
     reference.scales = scales_of(*reference.motion);
-    if (const ProbeRecord* probe = probe_of(*reference.motion)) {
-      reference.largest_probe = probe->largest();
-    }
     const auto& found = reference.extrapolation;
     finest->is_reference = !(found && found->is_valid_for(has_probe()));
     return reference;
@@ -221,10 +224,7 @@ class Comparison {
                                             const Reference& first) const {
     ReferenceDifference difference;
     if (!first.motion || !reference.motion) return difference;
-    const ProbeRecord* probe = probe_of(*reference.motion);
-    if (probe != nullptr && first.largest_probe > 0.0) {
-      difference.probe = probe->largest_difference(*probe_of(*first.motion)) / first.largest_probe;
-    }
+    difference.probe = probe_difference(*reference.motion, *first.motion);
     if (!plan_.has_first_mesh[index]) return difference;
     difference.position =
         (reference.motion->last() - first.motion->last()).norm() / first.scales.at_end;
@@ -270,17 +270,14 @@ class Comparison {
     const MotionTrack& exact = *reference.motion;
     row.position_error = (track.last() - exact.last()).norm() / reference.scales.at_end;
     row.position_error_rms = root_mean_square_distance(track, exact) / reference.scales.over_time;
-    const ProbeRecord* probe = probe_of(track);
-    if (probe != nullptr && reference.largest_probe > 0.0) {
-      row.probe_error = probe->largest_difference(*probe_of(exact)) / reference.largest_probe;
-    }
+    row.probe_error = probe_difference(track, exact);
   }
 
   // The difference of two runs in the error that orders are computed from.
   double difference_of(const MotionTrack& a, const MotionTrack& b,
                        const Reference& reference) const {
     if (!has_probe()) return (a.last() - b.last()).norm() / reference.scales.at_end;
-    return probe_of(b)->largest_difference(*probe_of(a)) / reference.largest_probe;
+    return probe_difference(b, a);
   }
 
   // Computes the error of a reference and the orders between neighbouring steps of its runs.

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <map>
 #include <optional>
+#include <set>
 #include <tuple>
 #include <utility>
 
@@ -114,21 +115,6 @@ void check_error_probe(const StudyPlan& plan) {
   }
 }
 
-PlannedRun planned_run(const StudyPlan& plan, std::size_t variant, Integrator integrator,
-                       double step) {
-  const StudyVariant& scene = plan.variants[variant];
-  PlannedRun run;
-  run.variant = variant;
-  run.integrator = integrator;
-  run.step = step;
-  if (is_implicit(integrator)) run.solver = scene.scene.solver.kind;
-  if (needs_root_finder(integrator)) run.solver = "newton";  // others minimise
-  const std::string& folder = scene.folder.empty() ? scene.name : scene.folder;
-  run.directory =
-      fmt::format("{}{}{}-{:.10g}", folder, folder.empty() ? "" : "-", to_string(integrator), step);
-  return run;
-}
-
 // Adds a run unless it is there already. Returns its index.
 std::size_t add_run(StudyPlan& plan, PlannedRun run) {
   const auto found = std::find_if(plan.runs.begin(), plan.runs.end(), [&](const PlannedRun& other) {
@@ -193,6 +179,7 @@ void add_references(StudyPlan& plan, const StudySettings& settings, double fines
     checked_step(steps.back(), plan.end, "Half the reference step");
   }
   std::vector<std::vector<std::string>> folders(plan.references.size());
+  std::set<std::string> serves;  // folders of the runs that make references or tell their errors
   const std::size_t asked = plan.runs.size();
   for (std::size_t i = 0; i < plan.references.size(); ++i) {
     const std::size_t variant = plan.references[i].variant;
@@ -200,21 +187,26 @@ void add_references(StudyPlan& plan, const StudySettings& settings, double fines
       return add_run(plan, planned_run(plan, variant, settings.reference_integrator, of));
     };
     for (const double of : steps) folders[i].push_back(plan.runs[add(of)].directory);
+    serves.insert(folders[i].begin(), folders[i].end());
     const PlannedRun reference = plan.runs[add(steps.back())];
     const bool is_known =
         std::any_of(plan.runs.begin(), plan.runs.end(),
                     [&](const PlannedRun& run) { return tells_the_error(plan, run, reference); });
     if (is_known) continue;
-    if (const auto second = second_step(plan, reference.integrator, reference.step)) add(*second);
+    if (const auto second = second_step(plan, reference.integrator, reference.step)) {
+      serves.insert(plan.runs[add(*second)].directory);
+    }
   }
 
   std::map<std::pair<std::size_t, Integrator>, std::size_t> blocks;  // in their order
   for (std::size_t i = 0; i < plan.runs.size(); ++i) {
     PlannedRun& run = plan.runs[i];
     blocks.emplace(std::make_pair(run.variant, run.integrator), i);
-    if (i >= asked) {
+    const bool is_trial = run.role == StudyRole::kTrial;
+    if (i >= asked || (is_trial && serves.contains(run.directory))) {
       run.role = StudyRole::kReference;
-    } else if (run.variant != plan.references[plan.reference_of[run.variant]].variant) {
+    } else if (!is_trial &&
+               run.variant != plan.references[plan.reference_of[run.variant]].variant) {
       run.role = StudyRole::kVariant;
     }
   }
@@ -300,12 +292,29 @@ void group_variants(StudyPlan& plan, const TetMesh& mesh) {
 
 }  // namespace
 
+PlannedRun planned_run(const StudyPlan& plan, std::size_t variant, Integrator integrator,
+                       double step) {
+  const StudyVariant& scene = plan.variants[variant];
+  PlannedRun run;
+  run.variant = variant;
+  run.integrator = integrator;
+  run.step = step;
+  if (is_implicit(integrator)) run.solver = scene.scene.solver.kind;
+  if (needs_root_finder(integrator)) run.solver = "newton";  // others minimise
+  const std::string& folder = scene.folder.empty() ? scene.name : scene.folder;
+  run.directory =
+      fmt::format("{}{}{}-{:.10g}", folder, folder.empty() ? "" : "-", to_string(integrator), step);
+  return run;
+}
+
 std::string to_string(StudyRole role) {
   switch (role) {
     case StudyRole::kReference:
       return "reference";
     case StudyRole::kVariant:
       return "variant";
+    case StudyRole::kTrial:
+      return "trial";
     case StudyRole::kRun:
       break;
   }
@@ -324,52 +333,74 @@ ReferenceKind reference_kind_from_string(const std::string& name) {
       fmt::format("{} is not a kind of reference; there are run and richardson.", in_quotes(name)));
 }
 
-StudyPlan plan_study(const Scene& scene, const TetMesh& mesh, const StudySettings& settings) {
+StudyPlan begin_plan(const Scene& scene, const TetMesh& mesh, const StudySettings& settings) {
   StudyPlan plan;
   plan.variants = settings.variants;
   if (plan.variants.empty()) plan.variants.push_back({"", scene});
   check_scenes(plan.variants);
   plan.error_probe = settings.error_probe;
+  plan.error_kind = settings.error_kind;
+  if (plan.error_kind != ErrorKind::kProbe &&
+      settings.reference_kind == ReferenceKind::kRichardson) {
+    throw InputError(
+        "A reference that is extrapolated has no peaks and frequencies of its own: leave "
+        "--reference "
+        "richardson out, or compare the values of the probe over time (--error probe.NAME).");
+  }
   check_error_probe(plan);
   const Scene& first = plan.variants.front().scene;
   plan.end = first.time.end;
-  {
-    const std::unique_ptr<MechanicalSystem> system =
-        make_system(first, mesh_of(plan.variants.front(), mesh));
-    plan.probes = ProbeSet(first.probe, *system).probes();
-    const State initial = make_initial_state(first, *system);
-    plan.stable_step = stability_limit(*system, initial.position).critical_step;
-  }
-  std::vector<Integrator> integrators = settings.integrators;
-  if (integrators.empty()) {
-    integrators = all_integrators();
-  }
-  const std::vector<double> steps = steps_of(settings, plan.stable_step, plan.end);
+  const std::unique_ptr<MechanicalSystem> system =
+      make_system(first, mesh_of(plan.variants.front(), mesh));
+  plan.probes = ProbeSet(first.probe, *system).probes();
+  const State initial = make_initial_state(first, *system);
+  plan.stable_step = stability_limit(*system, initial.position).critical_step;
+  return plan;
+}
 
-  const auto implicit =
-      std::find_if(integrators.begin(), integrators.end(), [](Integrator integrator) {
-        return is_implicit(integrator) && !needs_root_finder(integrator);
-      });
-  if (!settings.solver_comparisons.empty() && implicit == integrators.end()) {
+StudyPlan plan_study(const Scene& scene, const TetMesh& mesh, const StudySettings& settings) {
+  StudyPlan plan = begin_plan(scene, mesh, settings);
+  std::vector<RuleSteps> rules = settings.rule_steps;
+  if (rules.empty()) {
+    const std::vector<double> steps = steps_of(settings, plan.stable_step, plan.end);
+    for (const Integrator integrator :
+         settings.integrators.empty() ? all_integrators() : settings.integrators) {
+      rules.push_back({integrator, steps});
+    }
+  }
+  const auto implicit = std::find_if(rules.begin(), rules.end(), [](const RuleSteps& rule) {
+    return is_implicit(rule.integrator) && !needs_root_finder(rule.integrator);
+  });
+  if (!settings.solver_comparisons.empty() && implicit == rules.end()) {
     throw InputError(
         "Solvers can be compared only in a study with an integrator that minimises: add midpoint "
         "or "
         "backward-euler to its integrators.");
   }
   group_variants(plan, mesh);
+  double finest = plan.end;
   for (std::size_t variant = 0; variant < plan.variants.size(); ++variant) {
-    for (auto integrator = integrators.begin(); integrator != integrators.end(); ++integrator) {
-      for (const double step : steps) {
-        add_run(plan, planned_run(plan, variant, *integrator, step));
+    for (auto rule = rules.begin(); rule != rules.end(); ++rule) {
+      for (const double step : rule->steps) {
+        checked_step(step, plan.end, "A step of the study");
+        finest = std::min(finest, step);
+        add_run(plan, planned_run(plan, variant, rule->integrator, step));
       }
-      if (variant > 0 || integrator != implicit) continue;
+      if (variant > 0) continue;
+      for (const double step : rule->trials) {
+        PlannedRun run = planned_run(plan, variant, rule->integrator, step);
+        run.role = StudyRole::kTrial;
+        add_run(plan, std::move(run));
+      }
+      if (rule != implicit) continue;
       for (const SolverComparison& wanted : settings.solver_comparisons) {
-        add_comparison(plan, planned_run(plan, variant, *integrator, wanted.step), wanted);
+        add_comparison(plan, planned_run(plan, variant, rule->integrator, wanted.step), wanted);
       }
     }
   }
+  if (plan.runs.empty()) throw InputError("The study has no runs: give it steps.");
   check_solvers(plan, mesh);
-  add_references(plan, settings, steps.front());
+  add_references(plan, settings, finest);
   return plan;
 }
 

@@ -93,6 +93,16 @@ class StudyRuns {
             const StudyProgress& progress, const StudyMemory& memory)
       : plan_(plan), mesh_(mesh), observers_(observers), progress_(progress), memory_(memory) {}
 
+  TrackedRun make_one(const PlannedRun& run) {
+    std::optional<StudyRow> row = memory_.kept ? memory_.kept(run) : std::nullopt;
+    if (!row) row = make_run(run, workers_for(1, 1));
+    TrackedRun made;
+    made.seconds = row->wall_seconds;
+    made.is_stopped = row->status == RunStatus::kCancelled;
+    if (row->status == RunStatus::kFinished) made.track = track_of(run);
+    return made;
+  }
+
   StudyResult make(int jobs) {
     std::vector<std::optional<StudyRow>> rows(plan_.runs.size());
     std::vector<std::size_t> missing;
@@ -112,14 +122,16 @@ class StudyRuns {
         throw;
       }
     });
-    return compare_runs(plan_, rows, [this](const PlannedRun& run) {
-      if (memory_.track) return memory_.track(run);
-      const auto found = tracks_.find(run.directory);
-      return found == tracks_.end() ? nullptr : found->second;
-    });
+    return compare_runs(plan_, rows, [this](const PlannedRun& run) { return track_of(run); });
   }
 
  private:
+  std::shared_ptr<const MotionTrack> track_of(const PlannedRun& run) const {
+    const auto found = tracks_.find(run.directory);
+    if (found != tracks_.end()) return found->second;
+    return memory_.track ? memory_.track(run) : nullptr;
+  }
+
   // The references come first, so that what is known of a study that is stopped has errors.
   std::vector<std::size_t> order() const {
     std::vector<std::size_t> runs;
@@ -146,7 +158,7 @@ class StudyRuns {
     }
     const std::lock_guard lock(calling_);
     if (memory_.made) memory_.made(run, row, recorder.track());
-    if (!memory_.track) {
+    if (!memory_.track || !memory_.made) {
       tracks_[run.directory] = std::make_shared<const MotionTrack>(recorder.take());
     }
     return row;
@@ -227,6 +239,12 @@ class StudyRuns {
 StudyResult run_study(const StudyPlan& plan, const TetMesh& mesh, const ObserverFactory& observers,
                       const StudyProgress& progress, const StudyMemory& memory, int jobs) {
   return StudyRuns(plan, mesh, observers, progress, memory).make(jobs);
+}
+
+TrackedRun make_tracked_run(const StudyPlan& plan, const PlannedRun& run, const TetMesh& mesh,
+                            const ObserverFactory& observers, const StudyProgress& progress,
+                            const StudyMemory& memory) {
+  return StudyRuns(plan, mesh, observers, progress, memory).make_one(run);
 }
 
 StudyResult run_study(const Scene& scene, const TetMesh& mesh, const StudySettings& settings,

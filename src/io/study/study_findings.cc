@@ -1,0 +1,121 @@
+// What the search of steps found for each rule, in sentences and in numbers.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "study_answer.h"
+#include "study_names.h"
+#include "study_row_json.h"
+
+namespace tetraction {
+namespace {
+
+std::string word_of(TargetOutcome outcome) {
+  constexpr std::array kWords{"met", "met up to the largest stable step", "not met",
+                              "not resolved within the budget", "error not known"};
+  return kWords[static_cast<std::size_t>(outcome)];
+}
+
+double step_of(const StudyResult& result, Index n) {
+  return n > 0 ? result.end / static_cast<double>(n) : std::numeric_limits<double>::quiet_NaN();
+}
+
+// "1.2e-3 s (16 h_crit)".
+std::string step_text(const StudyResult& result, Integrator rule, Index n) {
+  StudyRow row;
+  row.step = step_of(result, n);
+  row.stable_step = result.stable_step;
+  for (const StudyRow& other : result.rows) {
+    if (other.integrator == rule) {
+      row.stable_step = other.stable_step;
+      break;
+    }
+  }
+  return short_number(row.step) + " s" + in_limits(row);
+}
+
+std::string target_sentence(const StudyResult& result, Integrator rule, const TargetStep& found) {
+  const std::string name = capitalised(to_string(rule));
+  const std::string target = short_number(100.0 * *result.target) + " %";
+  const std::string runs =
+      fmt::format("{} run{}", found.runs.size(), found.runs.size() == 1 ? "" : "s");
+  if (found.n == 0) {
+    std::string text =
+        fmt::format("{}: {} is {} after {}", name, target, word_of(found.outcome), runs);
+    if (std::isfinite(found.trial.error)) {
+      text += fmt::format("; the smallest error is {}", short_number(found.trial.error));
+    }
+    return text + ".";
+  }
+  const bool is_limit = found.outcome == TargetOutcome::kStability;
+  std::string text = fmt::format("{} meets {} with h = {}{}, where its error is {}, found in {}.",
+                                 name, target, step_text(result, rule, found.n),
+                                 is_limit ? ", about its largest stable step" : "",
+                                 short_number(found.trial.error), runs);
+  if (found.outcome == TargetOutcome::kNoBudget) {
+    text += " The budget was too small to try larger steps.";
+  } else if (!found.is_monotone) {
+    text += " Larger steps may meet it as well, because the errors do not grow steadily.";
+  }
+  return text;
+}
+
+std::string stable_sentence(const StudyResult& result, Integrator rule, const StableStep& found) {
+  const std::string runs = fmt::format("{} run{}", found.runs, found.runs == 1 ? "" : "s");
+  const auto text = [&](Index n) { return step_text(result, rule, n); };
+  const std::string name = to_string(rule);
+  if (found.stable == 0) {
+    return fmt::format("{} does not reach the end with h = {}, as {} showed.", capitalised(name),
+                       text(found.unstable), runs);
+  }
+  if (found.unstable == 0) {
+    return fmt::format("{} is stable at least up to h = {}, as {} showed.", capitalised(name),
+                       text(found.stable), runs);
+  }
+  return fmt::format("The largest stable step of {} is {}, and {} is too long, as {} showed.", name,
+                     text(found.stable), text(found.unstable), runs);
+}
+
+}  // namespace
+
+std::vector<std::string> finding_sentences(const StudyResult& result) {
+  std::vector<std::string> sentences;
+  for (const RuleFinding& finding : result.findings) {
+    if (finding.target && result.target) {
+      sentences.push_back(target_sentence(result, finding.rule, *finding.target));
+    }
+    if (finding.stable && finding.stable->runs > 0) {
+      sentences.push_back(stable_sentence(result, finding.rule, *finding.stable));
+    }
+  }
+  return sentences;
+}
+
+nlohmann::ordered_json findings_json(const StudyResult& result) {
+  nlohmann::ordered_json list = nlohmann::ordered_json::array();
+  for (const RuleFinding& finding : result.findings) {
+    nlohmann::ordered_json json{{"rule", to_string(finding.rule)}};
+    if (finding.target && result.target) {
+      const TargetStep& found = *finding.target;
+      json["target"] = {{"target", *result.target},
+                        {"is_met", found.n > 0},
+                        {"outcome", word_of(found.outcome)},
+                        {"step", json_number(step_of(result, found.n))},
+                        {"error", json_number(found.trial.error)},
+                        {"runs", found.runs.size()}};
+    }
+    if (finding.stable) {
+      json["stability"] = {
+          {"stable_step", json_number(step_of(result, finding.stable->stable))},
+          {"unstable_step", json_number(step_of(result, finding.stable->unstable))},
+          {"runs", finding.stable->runs}};
+    }
+    list.push_back(std::move(json));
+  }
+  return list;
+}
+
+}  // namespace tetraction
