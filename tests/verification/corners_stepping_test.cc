@@ -271,13 +271,15 @@ TEST(TheEnd, IsWhereAllRunsOfAStudyEnd) {
     return observers;
   };
   const StudyResult result = run_study(scene, mesh, settings, watch);
-  ASSERT_EQ(result.rows.size(), 4U);
   EXPECT_TRUE(result.remarks.empty());
-  EXPECT_EQ(result.rows[0].step, 0.0003);
-  EXPECT_EQ(result.rows[0].steps, 34);
-  EXPECT_EQ(result.rows[1].steps, 15);
-  EXPECT_NEAR(result.rows[1].observed_order, 1.87, 0.05);  // as with steps of 0.01/32 and 0.01/16 s
-  EXPECT_NEAR(result.rows[3].observed_order, 2.0, 0.02);
+  std::vector<StudyRow> rows = result.rows;  // without the reference
+  std::erase_if(rows, [](const StudyRow& row) { return row.role != StudyRole::kRun; });
+  ASSERT_EQ(rows.size(), 4U);
+  EXPECT_EQ(rows[0].step, 0.0003);
+  EXPECT_EQ(rows[0].steps, 34);
+  EXPECT_EQ(rows[1].steps, 15);
+  EXPECT_NEAR(rows[1].observed_order, 1.87, 0.05);  // as with steps of 0.01/32 and 0.01/16 s
+  EXPECT_NEAR(rows[3].observed_order, 2.0, 0.02);
 }
 
 TEST(InvertedElements, AreCountedAndTheFirstIsNamed) {

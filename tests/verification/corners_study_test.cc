@@ -152,10 +152,11 @@ TEST(CornersOfStudies, RunsAreComparedAfterwards) {
     for (std::size_t i = 0; i < whole.rows.size(); ++i) {
       const StudyRow& a = whole.rows[i];
       const StudyRow& b = again.rows[i];
-      EXPECT_EQ(a.position_error, b.position_error) << a.directory;
-      EXPECT_EQ(a.position_error_rms, b.position_error_rms) << a.directory;
-      EXPECT_TRUE(a.observed_order == b.observed_order ||
-                  (std::isnan(a.observed_order) && std::isnan(b.observed_order)));
+      for (double StudyRow::*const number :
+           {&StudyRow::position_error, &StudyRow::position_error_rms, &StudyRow::observed_order}) {
+        const bool are_unknown = std::isnan(a.*number) && std::isnan(b.*number);
+        EXPECT_TRUE(are_unknown || a.*number == b.*number) << a.directory;
+      }
     }
   }
 }
