@@ -19,7 +19,7 @@ class Steps(StudyTest):
 
     def test_of_each_rule_in_every_unit(self):
         """Steps that are given are run as they are, without any trial. Other units divide the end of 0.1 s."""
-        said = self.study("--steps verlet=1x,auto --steps midpoint=4x,2e-3,0.05T --steps verlet=1e-3")
+        said = self.study("--steps verlet=1x,auto --steps midpoint=4x,2e-3,0.01T --steps verlet=1e-3")
         self.assertNotIn("[trial]", said.stderr)
         critical = self.result()["stable_step"]
         steps = self.steps()
@@ -31,6 +31,7 @@ class Steps(StudyTest):
             self.assertAlmostEqual(step / wanted, 1, delta=0.1)
             self.assertAlmostEqual(0.1 / step, round(0.1 / step), places=6)
         self.assertIn(2e-3, steps["midpoint"])
+        self.assertEqual(len(steps["midpoint"]), 3)
         self.assertTrue(any(abs(step / (4 * critical) - 1) < 0.3 for step in steps["midpoint"]))
         self.assertEqual(self.steps("trial"), {})
 
@@ -70,7 +71,6 @@ class Steps(StudyTest):
         """Two rules keep two steps, and what is not resolved is said."""
         said = self.study("--integrators midpoint,backward-euler --budget 0.01s --set mesh.generate.cells=[16,4,4]")
         self.assertEqual([len(steps) >= 2 for steps in self.steps().values()], [True, True])
-        self.assertIn("the reference has an error of its own", said.stderr)
         self.assertIn("not resolved within the budget", said.stderr)
 
     def test_auto_of_an_implicit_rule_is_its_ladder(self):

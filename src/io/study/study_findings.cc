@@ -14,7 +14,7 @@ namespace tetraction {
 namespace {
 
 std::string word_of(TargetOutcome outcome) {
-  constexpr std::array kWords{"met", "met up to the largest stable step", "not met",
+  constexpr std::array kWords{"met", "met, and only stability limits the step", "not met",
                               "not resolved within the budget", "error not known"};
   return kWords[static_cast<std::size_t>(outcome)];
 }
@@ -51,10 +51,10 @@ std::string target_sentence(const StudyResult& result, Integrator rule, const Ta
     return text + ".";
   }
   const bool is_limit = found.outcome == TargetOutcome::kStability;
-  std::string text = fmt::format("{} meets {} with h = {}{}, where its error is {}, found in {}.",
-                                 name, target, step_text(result, rule, found.n),
-                                 is_limit ? ", about its largest stable step" : "",
-                                 short_number(found.trial.error), runs);
+  std::string text =
+      fmt::format("{} meets {} with h = {}, where its error is {}, found in {}{}.", name, target,
+                  step_text(result, rule, found.n), short_number(found.trial.error), runs,
+                  is_limit ? "; only stability limits the step" : "");
   if (found.outcome == TargetOutcome::kNoBudget) {
     text += " The budget was too small to try larger steps.";
   } else if (!found.is_monotone) {

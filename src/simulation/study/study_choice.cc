@@ -139,7 +139,12 @@ class Choice {
         rules, question_.ladder, budget_,
         [&](std::size_t i, Index n) { return measure(question_.rules[places[i]].rule, n); });
     for (std::size_t i = 0; i < ladders.size(); ++i) {
-      for (const Rung& rung : ladders[i].rungs) chosen_[places[i]].insert(step(rung.n));
+      // A step that is finer than that of the reference has nothing to be compared with.
+      const bool is_own = question_.rules[places[i]].rule == choice_.reference;
+      const double finest = is_own ? choice_.reference_step : 0.0;
+      for (const Rung& rung : ladders[i].rungs) {
+        chosen_[places[i]].insert(std::max(step(rung.n), finest));
+      }
       if (!ladders[i].remark.empty()) choice_.remarks.push_back(ladders[i].remark);
       choice_.seconds += ladders[i].seconds_left();
     }

@@ -99,7 +99,10 @@ class LadderSearch {
     }
     const std::vector<std::pair<Index, double>> known = errors();
     if (known.empty()) {
-      ladder.remark = fmt::format("{}: its error is not known.", rule_.name);
+      ladder.remark = fmt::format(
+          "{}: {}.", rule_.name,
+          trials_.empty() ? "not resolved within the budget, which left no time for a trial run"
+                          : "its error is not known");
     }
     ladder.is_resolved = !known.empty();
     for (Index n = begin == 0 ? start() : begin;; n = finer(n)) {
