@@ -293,13 +293,17 @@ def parts_of(study):
         return run["rule"], run["variant"], run["solver"]
 
     curves = curves_of(study["runs"], key)
-    if len(curves) <= MOST_LINES:
+    lines = [c for c in curves if not c[0]["solver"]]  # those of another solver are rings
+    if len(lines) <= MOST_LINES:
         return [("", curves)]
     parts = []
     for variant in study["variants"]:
-        own = [c for c in curves if c[0]["variant"] == variant]
+        own = [c for c in lines if c[0]["variant"] == variant]
         count = math.ceil(len(own) / MOST_LINES)
-        parts += [(plain(variant), own[i::count]) for i in range(count)]
+        for i in range(count):
+            rules = [(c[0]["rule"], variant) for c in own[i::count]]
+            rings = [c for c in curves if c[0]["solver"] and (c[0]["rule"], c[0]["variant"]) in rules]
+            parts.append((plain(variant), own[i::count] + rings))
     return parts
 
 
