@@ -75,12 +75,15 @@ StudySettings read_settings(const StudyArguments& arguments, const StudyRequests
   return settings;
 }
 
+// The number of steps of a run. Round-off makes no further one.
+double step_count(const StudyPlan& plan, const PlannedRun& run) {
+  return std::ceil(plan.end / run.step * (1.0 - 1e-9));
+}
+
 // What the reference is, and how many steps it takes.
 std::string of_reference(const StudyPlan& plan) {
   const PlannedReference& reference = plan.references.front();
-  const auto count = [&](const PlannedRun& run) {
-    return std::ceil(plan.end / run.step * (1.0 - 1e-9));
-  };
+  const auto count = [&](const PlannedRun& run) { return step_count(plan, run); };
   const std::string name = plan.references.size() == 1
                                ? "reference"
                                : fmt::format("each of the {} references", plan.references.size());
@@ -188,7 +191,7 @@ std::string text_of_plan(const StudyPlan& plan, const TetMesh& mesh, const Study
     PlanLine line{run_text(plan, run), run.step};
     if (run.role == StudyRole::kTrial) line.run += " (trial)";
     if (run.role == StudyRole::kReference) line.run += " (reference)";
-    line.steps = static_cast<Index>(std::ceil(plan.end / run.step * (1.0 - 1e-9)));
+    line.steps = static_cast<Index>(step_count(plan, run));
     line.is_kept = memory.kept && memory.kept(run);
     if (!line.is_kept) line.seconds = estimated_seconds(plan, run, mesh);
     lines.push_back(std::move(line));
@@ -204,8 +207,7 @@ int study(const StudyArguments& arguments) {
   if (names_frames && chooses_steps(requests)) {
     throw InputError(
         "--frames names runs, but the steps are not chosen yet: give --steps, or write --frames "
-        "all "
-        "or none.");
+        "all or none.");
   }
   const Scene scene = settings.variants.empty() ? read_scene(arguments.scene, arguments.overrides)
                                                 : settings.variants.front().scene;
@@ -253,7 +255,8 @@ int study(const StudyArguments& arguments) {
     lock.emplace(directory);
   };
   const std::vector<std::string> old_plots = plots_of_study(directory);
-  StudyFolder trials(directory, frame, mesh, {});
+  const RunDigests digests(frame, mesh);
+  StudyFolder trials(directory, frame, mesh, digests, {});
   StudyFolder* folder = &trials;
   std::set<std::string> made;
 
@@ -321,7 +324,7 @@ int study(const StudyArguments& arguments) {
   const StudyPlan plan = plan_study(scene, mesh, chosen.settings);
   check_folder_of_study(plan, directory);
   const std::vector<std::string> frames = runs_with_frames(arguments.frames, plan);
-  StudyFolder runs(directory, plan, mesh, frames);
+  StudyFolder runs(directory, plan, mesh, digests, frames);
   folder = &runs;
   const StudyMemory memory = runs.memory(goes_on || !made.empty());
   if (arguments.plan) {
@@ -392,8 +395,7 @@ int study(const StudyArguments& arguments) {
   } else if (stopped && !arguments.no_plots && !arguments.quiet) {
     print_note(
         "the plots were not drawn, because the study was interrupted: the same command makes the "
-        "runs "
-        "that are missing, and draws them");
+        "runs that are missing, and draws them");
   }
   return stopped ? InterruptGuard::exit_code() : 0;
 }

@@ -18,11 +18,11 @@ bool is_of_type(const std::string& path, std::filesystem::file_type type) {
 }  // namespace
 
 StudyFolder::StudyFolder(std::string directory, const StudyPlan& plan, const TetMesh& mesh,
-                         const std::vector<std::string>& frames)
+                         const RunDigests& digests, const std::vector<std::string>& frames)
     : directory_(std::move(directory)),
       plan_(plan),
       mesh_(mesh),
-      digests_(plan, mesh),
+      digests_(digests),
       frames_(frames.begin(), frames.end()) {}
 
 StudyMemory StudyFolder::memory(bool keeps) {

@@ -16,9 +16,10 @@ namespace tetraction {
 /// Keeps row and track of each run in its folder, and takes over the runs of earlier studies that computed the same.
 class StudyFolder {
  public:
-  /// `frames` are the folders of the runs that write frames. Plan and mesh must live longer.
+  /// `frames` are the folders of the runs that write frames. Plan, mesh and digests, which are those of the variants of
+  /// the plan, must live longer.
   StudyFolder(std::string directory, const StudyPlan& plan, const TetMesh& mesh,
-              const std::vector<std::string>& frames);
+              const RunDigests& digests, const std::vector<std::string>& frames);
 
   bool has_frames(const std::string& run) const { return frames_.contains(run); }
   std::string path(const std::string& run) const { return directory_ + "/" + run; }
@@ -39,7 +40,7 @@ class StudyFolder {
   std::string directory_;
   const StudyPlan& plan_;
   const TetMesh& mesh_;
-  RunDigests digests_;
+  const RunDigests& digests_;
   std::set<std::string> frames_;
   std::optional<StudyJournal> journal_;
 };

@@ -6,6 +6,7 @@
 #include <optional>
 #include <utility>
 
+#include "run_scene.h"
 #include "tetraction/core/error.h"
 #include "tetraction/simulation/excited_period.h"
 #include "tetraction/simulation/scene_objects.h"
@@ -25,10 +26,7 @@ class StopAfterSteps : public Observer {
 };
 
 // The time that a step takes, from the first ones, s. 0 if they fail.
-double time_steps(Scene scene, const TetMesh& mesh, Integrator rule, double step) {
-  scene.time.integrator = rule;
-  scene.time.step = step;
-  scene.time.automatic = false;
+double time_steps(Scene scene, const TetMesh& mesh) {
   Session session(std::move(scene), mesh);
   StopAfterSteps stop;
   session.run({&stop});
@@ -39,7 +37,8 @@ double time_steps(Scene scene, const TetMesh& mesh, Integrator rule, double step
 class Questioner {
  public:
   Questioner(const StudyPlan& frame, const TetMesh& mesh, const StudyRequests& requests)
-      : scene_(frame.variants.front().scene),
+      : frame_(frame),
+        scene_(frame.variants.front().scene),
         mesh_(frame.variants.front().mesh ? *frame.variants.front().mesh : mesh),
         requests_(requests) {
     question_.end = frame.end;
@@ -86,7 +85,8 @@ class Questioner {
   void set_time(RuleQuestion& rule) const {
     if (is_implicit(rule.rule) || !std::isfinite(rule.stable_step)) return;
     const double step = std::min(question_.end, rule.stable_step);
-    rule.seconds_per_step = time_steps(scene_, mesh_, rule.rule, step);
+    rule.seconds_per_step =
+        time_steps(scene_of(frame_, planned_run(frame_, 0, rule.rule, step)), mesh_);
   }
 
   double verlet_limit() {
@@ -114,6 +114,7 @@ class Questioner {
         period().source));
   }
 
+  const StudyPlan& frame_;
   const Scene& scene_;
   const TetMesh& mesh_;
   const StudyRequests& requests_;
@@ -127,13 +128,7 @@ class Questioner {
 
 double estimated_seconds(const StudyPlan& plan, const PlannedRun& run, const TetMesh& mesh) {
   const StudyVariant& variant = plan.variants[run.variant];
-  Scene scene = variant.scene;
-  if (!run.solver.empty() && run.solver != scene.solver.kind) {
-    scene.solver.kind = run.solver;
-    scene.solver.linear = LinearSolver::kAuto;
-  }
-  const double each =
-      time_steps(std::move(scene), variant.mesh ? *variant.mesh : mesh, run.integrator, run.step);
+  const double each = time_steps(scene_of(plan, run), variant.mesh ? *variant.mesh : mesh);
   return each > 0.0 ? each * plan.end / run.step : std::nan("");
 }
 

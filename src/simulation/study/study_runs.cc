@@ -9,6 +9,7 @@
 #include <optional>
 #include <utility>
 
+#include "run_scene.h"
 #include "tetraction/core/parallel.h"
 #include "tetraction/core/provenance.h"
 #include "tetraction/simulation/study.h"
@@ -166,14 +167,6 @@ class StudyRuns {
 
   StudyRow row_of(const PlannedRun& run, MotionRecorder& recorder, const Workers& workers) {
     const StudyVariant& variant = plan_.variants[run.variant];
-    Scene scene = variant.scene;
-    scene.time.integrator = run.integrator;
-    scene.time.step = run.step;
-    scene.time.automatic = false;
-    if (!run.solver.empty() && run.solver != scene.solver.kind) {
-      scene.solver.kind = run.solver;
-      scene.solver.linear = LinearSolver::kAuto;  // another solver has other linear solvers
-    }
     StudyRow row;
     row.integrator = run.integrator;
     row.step = run.step;
@@ -190,7 +183,7 @@ class StudyRuns {
     row.cores = machine.cores;
     row.threads = thread_count();
 
-    Session session(std::move(scene), variant.mesh ? *variant.mesh : mesh_);
+    Session session(scene_of(plan_, run), variant.mesh ? *variant.mesh : mesh_);
     std::vector<std::unique_ptr<Observer>> observers;
     if (observers_) {
       const std::lock_guard lock(calling_);
@@ -235,6 +228,18 @@ class StudyRuns {
 };
 
 }  // namespace
+
+Scene scene_of(const StudyPlan& plan, const PlannedRun& run) {
+  Scene scene = plan.variants[run.variant].scene;
+  scene.time.integrator = run.integrator;
+  scene.time.step = run.step;
+  scene.time.automatic = false;
+  if (!run.solver.empty() && run.solver != scene.solver.kind) {
+    scene.solver.kind = run.solver;
+    scene.solver.linear = LinearSolver::kAuto;  // another solver has other linear solvers
+  }
+  return scene;
+}
 
 StudyResult run_study(const StudyPlan& plan, const TetMesh& mesh, const ObserverFactory& observers,
                       const StudyProgress& progress, const StudyMemory& memory, int jobs) {
