@@ -52,6 +52,12 @@ class Questioner {
       question_.rules.push_back(about(requests_.rules[i], requests_.steps[i]));
     }
     if (!chooses_steps(requests_)) return std::move(question_);
+    if (!std::isfinite(scales_.stable_step)) {
+      throw InputError(
+          "No steps can be chosen, because nothing in this scene limits the explicit rules, as "
+          "where "
+          "every vertex is held. Leave vertices free, or give --steps.");
+    }
     question_.period = period().period;
     question_.reference_step = settings.reference_step;
     // The explicit rule of second order is the cheapest one where it is not too slow.
