@@ -46,6 +46,8 @@ struct SolverComparison {
 /// The steps of one integrator, s, ascending.
 struct RuleSteps {
   Integrator integrator = Integrator::kMidpoint;
+  /// Keys of [solver] and [time] that make it a rule of its own, such as solver.tolerance.
+  std::vector<VariedValue> settings{};
   std::vector<double> steps;
   std::vector<double> trials{};  ///< of runs that were made to find these steps
 };
@@ -87,9 +89,10 @@ enum class StudyRole {
 struct PlannedRun {
   std::size_t variant = 0;  ///< index in StudyPlan::variants
   Integrator integrator = Integrator::kMidpoint;
-  double step = 0.0;             ///< s
-  std::string solver;            ///< SolverSettings::kind; empty for explicit integrators
-  bool compares_solver = false;  ///< one of StudySettings::solver_comparisons
+  double step = 0.0;                    ///< s
+  std::string solver;                   ///< SolverSettings::kind; empty for explicit integrators
+  bool compares_solver = false;         ///< one of StudySettings::solver_comparisons
+  std::vector<VariedValue> settings{};  ///< RuleSteps::settings
   StudyRole role = StudyRole::kRun;
   std::string directory;  ///< directory of its results, relative to the study's
 };
@@ -211,6 +214,7 @@ struct StudyRow {
   double step = 0.0;             ///< s
   std::string solver;            ///< SolverSettings::kind; empty for explicit integrators
   bool compares_solver = false;  ///< one of StudySettings::solver_comparisons
+  std::string settings{};        ///< of a rule of its own, as "solver.tolerance=1e-6"; else empty
   double stable_step =
       0.0;  ///< h_crit of the rule at the initial state (implicit: of `explicit`), s
   RunStatus status = RunStatus::kRunning;
@@ -221,6 +225,10 @@ struct StudyRow {
   /// Processor time of the time steps, of all threads together. NaN if several runs with several threads each
   /// were made at the same time, because it is not known then which of them a thread worked for.
   double processor_seconds = std::numeric_limits<double>::quiet_NaN();
+  int repeats = 0;  ///< how often the run was made again to see how much its times vary
+  /// The largest less the smallest of the processor times of the run and its repeats, relative to their mean. NaN
+  /// without repeats. processor_seconds and wall_seconds are those of the fastest one.
+  double time_scatter = std::numeric_limits<double>::quiet_NaN();
   /// Whether the run, together with those that were made at the same time, had more threads than the
   /// machine has cores. The wall times then say nothing about the run.
   bool shares_machine = false;
@@ -282,6 +290,19 @@ struct RuleFinding {
   std::optional<StableStep> stable{};  ///< the largest stable step of an explicit rule
 };
 
+/// What a run on a finer mesh tells of the error of the mesh.
+struct MeshCheck {
+  Integrator integrator = Integrator::kMidpoint;
+  double step = 0.0;                       ///< s, of both runs
+  Index vertices = 0;                      ///< of the finer mesh
+  Index tetrahedra = 0;                    ///< of the finer mesh
+  RunStatus status = RunStatus::kRunning;  ///< of the run on the finer mesh
+  std::string directory{};                 ///< of that run, relative to the study's
+  /// The difference of the two runs as StudyRow::position_error, or of the error probe if there is one,
+  /// at the vertices that both meshes have. NaN if it is not known.
+  double difference = std::numeric_limits<double>::quiet_NaN();
+};
+
 struct StudyResult {
   double stable_step =
       0.0;           ///< h_crit of `explicit` at the initial state (of the first variant), s
@@ -307,6 +328,7 @@ struct StudyResult {
   std::vector<ProbeColumns> probes{};        ///< of the first variant
   std::optional<double> target{};            ///< the relative error for which steps were searched
   std::vector<RuleFinding> findings{};       ///< of the rules for which there are any
+  std::optional<MeshCheck> mesh_check{};     ///< if one was asked for
 };
 
 /// Makes the observers of one run, given its directory relative to the study's.
