@@ -46,10 +46,10 @@ struct SolverComparison {
 /// The steps of one integrator, s, ascending.
 struct RuleSteps {
   Integrator integrator = Integrator::kMidpoint;
-  /// Keys of [solver] and [time] that make it a rule of its own, such as solver.tolerance.
-  std::vector<VariedValue> settings{};
   std::vector<double> steps;
   std::vector<double> trials{};  ///< of runs that were made to find these steps
+  /// Keys of [solver] and [time] that make it a rule of its own, such as solver.tolerance.
+  std::vector<VariedValue> settings{};
 };
 
 /// The runs that a study compares.
