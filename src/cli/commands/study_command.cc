@@ -159,6 +159,12 @@ class Study {
       return InterruptGuard::exit_code();
     }
     StudyPlan plan = plan_study(inputs_.scene, *inputs_.mesh, chosen.settings);
+    if (inputs_.part.number >= plan.runs.size()) {
+      throw InputError(fmt::format(
+          "--part {}: the study has only {} runs, so that none is left for this part. Use at most "
+          "so many parts.",
+          arguments_.part, plan.runs.size()));
+    }
     leave_to_others(plan, inputs_.part.number, inputs_.part.count);
     check_folder_of_study(plan, inputs_.directory);
     const std::vector<std::string> frames = runs_with_frames(arguments_.frames, plan);
