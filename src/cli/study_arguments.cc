@@ -5,7 +5,9 @@
 #include <CLI/CLI.hpp>
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
+#include <string_view>
 
 #include "commands/commands.h"
 #include "core/quoting.h"
@@ -57,6 +59,25 @@ StudyRequests study_requests(const StudyArguments& arguments) {
   return requests;
 }
 
+StudyPart read_part(const std::string& text) {
+  if (text.empty()) return {};
+  const auto number = [](std::string_view digits) {
+    std::size_t value = 0;
+    const auto [end, problem] =
+        std::from_chars(digits.data(), digits.data() + digits.size(), value);
+    return problem == std::errc() && end == digits.data() + digits.size() ? value : 0;
+  };
+  const std::size_t slash = std::min(text.find('/'), text.size());
+  const std::size_t part = number(std::string_view(text).substr(0, slash));
+  const std::size_t count = number(std::string_view(text).substr(std::min(slash + 1, text.size())));
+  if (part < 1 || part > count) {
+    throw InputError(fmt::format(
+        "--part {}: write K/N with K from 1 to N, such as --part 2/3 for the second of three jobs.",
+        in_quotes(text)));
+  }
+  return {part - 1, count};
+}
+
 std::string plan_text(const std::vector<PlanLine>& lines) {
   std::size_t width = 4;
   for (const PlanLine& line : lines) width = std::max(width, line.run.size());
@@ -87,8 +108,9 @@ std::shared_ptr<StudyArguments> add_study_options(CLI::App& command) {
   const auto text = [&](const char* name, std::string& value, const char* help) {
     return command.add_option(name, value, help);
   };
-  command.add_option("scene", arguments->scene,
-                     "Scene file (TOML). Write ./diff for a file whose name is diff.");
+  command.add_option(
+      "scene", arguments->scene,
+      "Scene file (TOML). Write ./diff for a file whose name is diff, open or merge.");
   list("--integrators", arguments->integrators,
        fmt::format("Comma-separated: {} (default: all, or those that --steps names)",
                    fmt::join(integrator_names(), ",")))
@@ -103,6 +125,9 @@ std::shared_ptr<StudyArguments> add_study_options(CLI::App& command) {
   text("--target", arguments->target,
        "Find the largest step of each rule whose error is at most this, such as 1%")
       ->check(not_empty("it names no error"));
+  text("--part", arguments->part,
+       "K/N: make only every N-th run, as job K of N. study merge joins the parts")
+      ->check(not_empty("it names no part"));
   command.add_flag("--plan", arguments->plan,
                    "Print the runs and their estimated times, and write nothing");
   text("--reference", arguments->reference,
@@ -148,17 +173,8 @@ std::shared_ptr<StudyArguments> add_study_options(CLI::App& command) {
                    "(default: runs that compute the same are kept)");
   command.add_flag("--resume", arguments->resume, "Nothing: runs are always kept without --fresh")
       ->excludes("--fresh");
-  command.add_flag("--all", arguments->all, "Print the table of all runs instead of the answer");
-  text("--table", arguments->table,
-       "markdown or latex: print nothing but the table of the answer for a paper");
-  command.add_flag("--no-plots", arguments->no_plots, "Do not draw plots");
-  command.add_option("--title", arguments->drawing.title, "Title of the plots (default: none)");
-  command.add_option("--style", arguments->drawing.style, "Style file of matplotlib for the plots")
-      ->check(CLI::ExistingFile);
-  command.add_option("--width", arguments->drawing.width, "Width of the plots: 85 or 170 mm")
-      ->check(CLI::IsMember({85, 170}));
-  command.add_flag("--quiet", arguments->quiet, "Only warnings and errors");
-  command.add_flag("--json", arguments->json, "Print study.json to stdout");
+  add_view_options(command, arguments->view);
+  add_drawing_options(command, arguments->drawing);
   return arguments;
 }
 

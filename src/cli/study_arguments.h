@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "study_drawing.h"
+#include "study_output.h"
 #include "tetraction/simulation/study_steps.h"
 
 namespace tetraction {
@@ -28,16 +29,13 @@ struct StudyArguments {
   std::vector<std::string> also_solvers;
   std::vector<std::string> frames;
   std::string error;
-  std::string table;
   int jobs = 1;
-  bool quiet = false;
-  bool json = false;
-  bool no_plots = false;
-  StudyDrawing drawing;
+  StudyView view;
+  StudyDrawing drawing{};
   bool resume = false;
   bool fresh = false;
-  bool all = false;
   bool plan = false;
+  std::string part;
 };
 
 /// Adds the options to the command. They are filled in when the command line is parsed.
@@ -46,6 +44,14 @@ std::shared_ptr<StudyArguments> add_study_options(CLI::App& command);
 /// Throws InputError for texts that are malformed, rules that are there twice, and options that exclude each
 /// other. Without --integrators, lists of steps for single rules say which rules there are.
 StudyRequests study_requests(const StudyArguments& arguments);
+
+/// One of several jobs that share the runs of a study.
+struct StudyPart {
+  std::size_t number = 0;  ///< from 0
+  std::size_t count = 1;
+};
+/// "2/3". Without a text it is all of the study. Throws InputError.
+StudyPart read_part(const std::string& text);
 
 /// One run of a plan.
 struct PlanLine {

@@ -5,6 +5,7 @@
 
 #include "cli/child_program.h"
 #include "plot_study_script.h"
+#include "tetraction/core/error.h"
 
 namespace tetraction {
 namespace {
@@ -33,7 +34,9 @@ std::string draw_plots(const std::string& directory, const StudyDrawing& drawing
     case kUnusable:
       return "the style file or the study cannot be used, as told above";
     case kUnwritable:
-      return "their files cannot be written";
+      throw OutputError(directory +
+                        ": the plots cannot be written, as told above. Make room there, or choose "
+                        "another directory with --out; the same command then draws them.");
     default:
       return "python3 and python3-matplotlib are not installed";
   }

@@ -21,7 +21,8 @@ TEST(ForeignJson, DeepTextsAreDiscarded) {
     EXPECT_TRUE(parse_foreign_json(nested(levels)).is_discarded());
     EXPECT_TRUE(parse_foreign_json("{\"a\": " + nested(levels) + ", \"b\": 1}").is_discarded());
   }
-  for (const char* text : {"", "{", "[1", "nan", "\x80", "[1]]"}) {
+  for (const char* text : {"", "{", "[1", "nan", "\x80", "[1]]", R"({"a": 1, "a": 1})",
+                           R"([{"b": {"a": 1, "a": 2}}])"}) {
     EXPECT_TRUE(parse_foreign_json(text).is_discarded()) << text;
   }
 }

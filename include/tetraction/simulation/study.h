@@ -94,7 +94,8 @@ struct PlannedRun {
   bool compares_solver = false;         ///< one of StudySettings::solver_comparisons
   std::vector<VariedValue> settings{};  ///< RuleSteps::settings
   StudyRole role = StudyRole::kRun;
-  std::string directory;  ///< directory of its results, relative to the study's
+  std::string directory;     ///< directory of its results, relative to the study's
+  bool is_left_out = false;  ///< another part of the study makes it
 };
 
 /// A reference of a study.
@@ -311,6 +312,7 @@ struct StudyResult {
   double reference_step = 0.0;  ///< with an extrapolation that of its finest run
   RunStatus reference_status = RunStatus::kRunning;
   bool is_interrupted = false;  ///< whether a run was stopped on request: later ones are missing
+  std::size_t left_out = 0;     ///< runs of the plan that other parts of the study make
   std::string reference_directory;  ///< with an extrapolation that of its finest run
   /// Error of the reference itself, in the error that the orders are computed from. It is estimated
   /// from the finest other run of its integrator and the theoretical order, or as
@@ -330,6 +332,10 @@ struct StudyResult {
   std::vector<RuleFinding> findings{};       ///< of the rules for which there are any
   std::optional<MeshCheck> mesh_check{};     ///< if one was asked for
 };
+
+/// Leaves all runs but each `parts`-th one to other parts of the study, of which this is number `part` from 0.
+/// The runs of the references are shared out, too.
+void leave_to_others(StudyPlan& plan, std::size_t part, std::size_t parts);
 
 /// Makes the observers of one run, given its directory relative to the study's.
 using ObserverFactory =

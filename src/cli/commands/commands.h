@@ -16,8 +16,10 @@ void add_new_command(CLI::App& app, int& exit_code);
 void add_run_command(CLI::App& app, int& exit_code);
 void add_static_command(CLI::App& app, int& exit_code);
 void add_study_command(CLI::App& app, int& exit_code);
-/// A command of `study`.
+/// Commands of `study`.
 void add_study_diff_command(CLI::App& study, int& exit_code);
+void add_study_open_command(CLI::App& study, int& exit_code);
+void add_study_merge_command(CLI::App& study, int& exit_code);
 void add_check_command(CLI::App& app, int& exit_code);
 void add_keys_command(CLI::App& app, int& exit_code);
 void add_mesh_command(CLI::App& app, int& exit_code);

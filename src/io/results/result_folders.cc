@@ -103,8 +103,8 @@ std::vector<fs::path> folders_of_study(const fs::path& directory) {
   std::vector<fs::path> folders;
   std::set<std::string> known;  // the reference is one of the runs, too
   const auto add = [&](const std::string& run) {
+    if (!is_folder_name(run)) return;
     const fs::path name(run);
-    if (name.empty() || name != name.filename() || name == "." || name == "..") return;
     if (!known.insert(run).second) return;
     // The folder behind a link is not the study's.
     std::error_code error;
@@ -206,6 +206,11 @@ void check_folder_of_study(const StudyPlan& plan, const std::string& directory) 
     for (std::string& file : input_files(variant.scene)) inputs.insert(std::move(file));
   }
   refuse_inputs_among_runs({inputs.begin(), inputs.end()}, directory, run_names(plan));
+}
+
+bool is_folder_name(const std::string& name) {
+  const bool is_plain = name.find('/') == std::string::npos && name.find('\0') == std::string::npos;
+  return is_plain && !name.empty() && name != "." && name != "..";
 }
 
 std::set<std::string> run_names(const StudyPlan& plan) {

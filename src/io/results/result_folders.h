@@ -32,6 +32,9 @@ void refuse_other_study(const std::string& directory, const std::string& scene_n
 /// Whether there is a study in `directory`, also one that has not ended.
 bool holds_study(const std::string& directory);
 
+/// Whether it is the name of a folder in a directory, which does not lead out of it.
+bool is_folder_name(const std::string& name);
+
 /// The folders of all runs of a study.
 std::set<std::string> run_names(const StudyPlan& plan);
 

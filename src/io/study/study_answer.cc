@@ -218,7 +218,8 @@ void compare_costs(const StudyResult& result, VariantAnswer& variant) {
     for (const StudyRow& first : result.rows) {
       if (first.variant != result.rows.front().variant || first.step != row.step ||
           rule_name(first) != rule_name(row) || first.status != RunStatus::kFinished ||
-          row.shares_machine || first.shares_machine ||
+          row.shares_machine || first.shares_machine || first.processor != row.processor ||
+          first.threads != row.threads ||
           std::min(row.wall_seconds, first.wall_seconds) < kShortestCompared) {
         continue;
       }

@@ -100,6 +100,9 @@ std::vector<StudyConclusion> study_conclusions(const StudyResult& result);
 std::vector<std::string> finding_sentences(const StudyResult& result);
 /// The same as the member `searched` of study.json.
 nlohmann::ordered_json findings_json(const StudyResult& result);
+/// The same again, for a study that ends at `end`. Throws nlohmann::json::exception or InputError for another kind of
+/// value.
+std::vector<RuleFinding> findings_from_json(const nlohmann::json& list, double end);
 
 enum class AnswerFormat { kTerminal, kMarkdown, kLatex };
 /// "markdown", "latex". Throws InputError for another word.

@@ -11,8 +11,8 @@
 #include <utility>
 
 #include "core/quoting.h"
+#include "io/stored_study/study_members.h"
 #include "io/text/foreign_json.h"
-#include "io/text/output_file.h"
 #include "study_fields.h"
 #include "study_grid.h"
 #include "study_row_json.h"
@@ -39,46 +39,7 @@ double number_in(const SortedJson& json, const char* key) {
   return number_or(member_of(json, key), kNoChange);
 }
 
-// The members of a study.json that a comparison needs. A file without them is damaged.
-class Reader {
- public:
-  Reader(const std::string& file, std::string place) : file_(file), place_(std::move(place)) {}
-
-  [[noreturn]] void fail(const std::string& what) const {
-    throw FileError(
-        fmt::format("{}: this is not the study.json of a study: {}{}.", file_, place_, what));
-  }
-  const SortedJson& member(const SortedJson& json, const char* key) const {
-    if (!json.contains(key)) fail(fmt::format("\"{}\" is missing", key));
-    return json[key];
-  }
-  std::string text(const SortedJson& json, const char* key) const {
-    const SortedJson& value = member(json, key);
-    if (!value.is_string()) fail(fmt::format("\"{}\" is not a text", key));
-    return value.get<std::string>();
-  }
-  // NaN for null.
-  double number(const SortedJson& json, const char* key) const {
-    const SortedJson& value = member(json, key);
-    if (value.is_null()) return kNoChange;
-    if (!value.is_number()) fail(fmt::format("\"{}\" is not a number", key));
-    return value.get<double>();
-  }
-  // One of the words of which there are `words`.
-  void word(const SortedJson& json, const char* key, const std::vector<std::string>& words) const {
-    const std::string value = text(json, key);
-    if (std::find(words.begin(), words.end(), value) == words.end()) {
-      fail(fmt::format("\"{}\" is {}, which is none of {}", key, in_quotes(value),
-                       fmt::join(words, ", ")));
-    }
-  }
-
- private:
-  const std::string& file_;
-  std::string place_;
-};
-
-StudyDiffRow row_of(const SortedJson& run, const Reader& read) {
+StudyDiffRow row_of(const SortedJson& run, const StudyMembers& read) {
   if (!run.is_object()) read.fail("it is not a table");
   StudyDiffRow row;
   row.variant = read.text(run, "variant");
@@ -105,7 +66,7 @@ StudyDiffRow row_of(const SortedJson& run, const Reader& read) {
   return row;
 }
 
-std::string reference_text(const SortedJson& reference, bool has_probe, const Reader& read) {
+std::string reference_text(const SortedJson& reference, bool has_probe, const StudyMembers& read) {
   if (!reference.is_object()) read.fail("it is not a table");
   const std::string rule = read.text(reference, "integrator");
   const double step = read.number(reference, "step");
@@ -254,30 +215,10 @@ OrderedJson json_study(const StudyFile& study) {
 }  // namespace
 
 StudyFile read_study_file(const std::string& path) {
-  std::error_code problem;
-  const bool is_directory = fs::is_directory(path, problem);
-  if (!is_directory && !fs::exists(path, problem)) {
-    throw FileError(fmt::format("{}: there is no such directory.", path));
-  }
-  const std::string file = is_directory ? (fs::path(path) / "study.json").string() : path;
-  if (is_directory && !fs::exists(file, problem)) {
-    throw FileError(fmt::format(
-        "{}: this directory does not hold the results of a study: there is no study.json{}.", path,
-        fs::exists(fs::path(path) / "history.csv", problem) ? ", but the results of a run" : ""));
-  }
-  const SortedJson json = parse_foreign_json(read_output(file));
-  if (!json.is_object() || !json.contains("runs") || !json["runs"].is_array()) {
-    throw FileError(fmt::format("{}: this is not the study.json of a study.", file));
-  }
-  const auto refuse_incomplete = [&](const char* why) {
-    throw FileError(
-        fmt::format("{}: the study has not ended: {}. The same command with --resume completes it.",
-                    path, why));
-  };
-  if (json.contains("message") && !json.contains("reference")) {
-    refuse_incomplete("it runs, or was cut off");
-  }
-  const Reader read(file, "");
+  const StudyText text = read_study_text(path);
+  const std::string& file = text.path;
+  const SortedJson& json = text.json;
+  const StudyMembers read(file, "");
   StudyFile study;
   study.path = path;
   study.version = text_of(json, "version");
@@ -287,13 +228,14 @@ StudyFile read_study_file(const std::string& path) {
   study.error = read.text(json, "error");
   const SortedJson& reference = read.member(json, "reference");
   study.reference = reference_text(reference, study.error.rfind("probe.", 0) == 0,
-                                   Reader(file, "in \"reference\", "));
+                                   StudyMembers(file, "in \"reference\", "));
   study.reference_error = number_in(reference, "estimated_error");
   if (json["runs"].empty()) read.fail("\"runs\" is empty");
   std::size_t entry = 0;
   bool has_stopped_runs = false;
   for (const SortedJson& run : json["runs"]) {
-    StudyDiffRow row = row_of(run, Reader(file, fmt::format("in entry {} of \"runs\", ", ++entry)));
+    StudyDiffRow row =
+        row_of(run, StudyMembers(file, fmt::format("in entry {} of \"runs\", ", ++entry)));
     has_stopped_runs = has_stopped_runs || row.status == to_string(RunStatus::kCancelled);
     // Nobody asked for runs that only serve as a reference.
     const bool is_asked = run["role"] != to_string(StudyRole::kReference) &&
@@ -302,7 +244,7 @@ StudyFile read_study_file(const std::string& path) {
   }
   if (has_stopped_runs ||
       (json.contains("interrupted") && json["interrupted"] == SortedJson(true))) {
-    refuse_incomplete("it was interrupted");
+    refuse_incomplete_study(path, "it was interrupted");
   }
   return study;
 }

@@ -114,10 +114,10 @@ struct FieldReader {
     row.*member = integrator_from_string(json.get<std::string>());
   }
   void operator()(RunStatus Row::*member) const {
-    row.*member = named(json.get<std::string>(), kStatuses);
+    row.*member = status_from_string(json.get<std::string>());
   }
   void operator()(StudyRole Row::*member) const {
-    row.*member = named(json.get<std::string>(), kRoles);
+    row.*member = role_from_string(json.get<std::string>());
   }
   void operator()(StudyField::Timing timing) const {
     const auto word = json.get<std::string>();
@@ -197,6 +197,14 @@ void add_field(StudyGrid& grid, const StudyField& field, const StudyRow& row) {
   }
   grid.number(is_absent ? std::nan("") : value.get<double>(), field.format,
               is_shared_time ? "*" : "");
+}
+
+RunStatus status_from_string(const std::string& word) {
+  return named(word, kStatuses);
+}
+
+StudyRole role_from_string(const std::string& word) {
+  return named(word, kRoles);
 }
 
 std::vector<std::string> field_words(const StudyField& field) {

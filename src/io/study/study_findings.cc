@@ -9,14 +9,37 @@
 #include "study_answer.h"
 #include "study_names.h"
 #include "study_row_json.h"
+#include "tetraction/core/error.h"
 
 namespace tetraction {
 namespace {
 
+constexpr std::array kWords{"met", "met, and only stability limits the step", "not met",
+                            "not resolved within the budget", "error not known"};
+
 std::string word_of(TargetOutcome outcome) {
-  constexpr std::array kWords{"met", "met, and only stability limits the step", "not met",
-                              "not resolved within the budget", "error not known"};
   return kWords[static_cast<std::size_t>(outcome)];
+}
+
+TargetOutcome outcome_of(const std::string& word) {
+  const auto found = std::find(kWords.begin(), kWords.end(), word);
+  if (found == kWords.end()) throw InputError(word);
+  return static_cast<TargetOutcome>(found - kWords.begin());
+}
+
+// The number of steps of that length, or 0 without one.
+Index count_of_steps(const nlohmann::json& step, double end) {
+  if (step.is_null()) return 0;
+  const double count = std::round(end / step.get<double>());
+  if (!(count >= 1.0 && count < 1e15)) throw InputError("no step");
+  return static_cast<Index>(count);
+}
+
+// A number of runs, which are few.
+int count_of_runs(const nlohmann::json& runs) {
+  const double count = runs.get<double>();
+  if (!(count >= 0.0 && count < 1e4)) throw InputError("no number of runs");
+  return static_cast<int>(count);
 }
 
 double step_of(const StudyResult& result, Index n) {
@@ -105,7 +128,8 @@ nlohmann::ordered_json findings_json(const StudyResult& result) {
                         {"outcome", word_of(found.outcome)},
                         {"step", json_number(step_of(result, found.n))},
                         {"error", json_number(found.trial.error)},
-                        {"runs", found.runs.size()}};
+                        {"runs", found.runs.size()},
+                        {"is_monotone", found.is_monotone}};
     }
     if (finding.stable) {
       json["stability"] = {
@@ -116,6 +140,32 @@ nlohmann::ordered_json findings_json(const StudyResult& result) {
     list.push_back(std::move(json));
   }
   return list;
+}
+
+std::vector<RuleFinding> findings_from_json(const nlohmann::json& list, double end) {
+  std::vector<RuleFinding> findings;
+  for (const nlohmann::json& json : list) {
+    RuleFinding finding{integrator_from_string(json.at("rule").get<std::string>()), {}, {}};
+    if (json.contains("target")) {
+      const nlohmann::json& found = json["target"];
+      TargetStep target;
+      target.outcome = outcome_of(found.at("outcome").get<std::string>());
+      target.n = count_of_steps(found.at("step"), end);
+      const nlohmann::json& error = found.at("error");
+      target.trial.error = error.is_null() ? std::nan("") : error.get<double>();
+      target.runs.resize(static_cast<std::size_t>(count_of_runs(found.at("runs"))));
+      target.is_monotone = found.at("is_monotone").get<bool>();
+      finding.target = std::move(target);
+    }
+    if (json.contains("stability")) {
+      const nlohmann::json& found = json["stability"];
+      finding.stable = StableStep{count_of_steps(found.at("stable_step"), end),
+                                  count_of_steps(found.at("unstable_step"), end),
+                                  count_of_runs(found.at("runs"))};
+    }
+    findings.push_back(std::move(finding));
+  }
+  return findings;
 }
 
 }  // namespace tetraction

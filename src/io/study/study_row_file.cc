@@ -44,8 +44,8 @@ std::string digest_of(const TetMesh& mesh) {
   return text_of(number);
 }
 
-// The scene as a text. Integrator and step are those of the run.
-std::string text_of(const Scene& scene) {
+// Without integrator and step, which are those of the run.
+std::string digest_of(const Scene& scene) {
   nlohmann::json json = nlohmann::json::parse(scene.echo, nullptr, false);
   if (json.is_object()) {
     json.erase("output");
@@ -60,7 +60,8 @@ std::string text_of(const Scene& scene) {
       files.add(value);
     }
   }
-  return json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace) + text_of(files);
+  files.add(json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
+  return text_of(files);
 }
 
 }  // namespace
@@ -71,7 +72,8 @@ RunDigests::RunDigests(const StudyPlan& plan, const TetMesh& mesh) : build_(this
     const TetMesh& own = variant.mesh ? *variant.mesh : mesh;
     std::string& digest = digests[&own];
     if (digest.empty()) digest = digest_of(own);
-    scenes_.push_back(text_of(variant.scene) + digest);
+    scenes_.push_back(digest_of(variant.scene));
+    meshes_.push_back(digest);
   }
 }
 
@@ -79,6 +81,7 @@ std::string RunDigests::of(const PlannedRun& run) const {
   Fingerprint number;
   number.add(build_);
   number.add(scenes_[run.variant]);
+  number.add(meshes_[run.variant]);
   number.add(to_string(run.integrator));
   number.add(run.step);
   number.add(run.solver);

@@ -3,6 +3,7 @@
 
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "tetraction/simulation/study.h"
@@ -18,13 +19,22 @@ class RunDigests {
  public:
   RunDigests(const StudyPlan& plan, const TetMesh& mesh);
 
+  RunDigests(std::string build, std::vector<std::string> scenes, std::vector<std::string> meshes)
+      : build_(std::move(build)), scenes_(std::move(scenes)), meshes_(std::move(meshes)) {}
+
   /// Made from the build of the program, the scene without [output], its mesh and the files that it reads, and
   /// from integrator, step and solver of the run.
   std::string of(const PlannedRun& run) const;
 
+  const std::string& build() const { return build_; }
+  /// Of each variant, with the files that the scene reads, but without its mesh.
+  const std::vector<std::string>& scenes() const { return scenes_; }
+  const std::vector<std::string>& meshes() const { return meshes_; }
+
  private:
   std::string build_;
-  std::vector<std::string> scenes_;  // with the mesh, of each variant
+  std::vector<std::string> scenes_;
+  std::vector<std::string> meshes_;
 };
 
 /// Writes the row of a run with this digest. Throws OutputError.

@@ -73,4 +73,19 @@ nlohmann::ordered_json extrapolation_json(const ReferenceExtrapolation& extrapol
   return json;
 }
 
+ReferenceExtrapolation extrapolation_from_json(const nlohmann::json& json) {
+  ReferenceExtrapolation extrapolation;
+  extrapolation.step = json.at("step").get<double>();
+  for (const auto& [key, member] : kFlags) extrapolation.*member = json.at(key).get<bool>();
+  for (const auto& [key, member] : kReasons) {
+    extrapolation.*member = json.at(key).get<std::string>();
+  }
+  for (const auto& [key, member] : kNumbers) {
+    const nlohmann::json& value = json.at(key);
+    extrapolation.*member =
+        value.is_null() ? std::numeric_limits<double>::quiet_NaN() : value.get<double>();
+  }
+  return extrapolation;
+}
+
 }  // namespace tetraction

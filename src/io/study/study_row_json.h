@@ -19,4 +19,7 @@ std::optional<StudyRow> study_row_from_json(const nlohmann::json& json);
 /// What became of an extrapolated reference.
 nlohmann::ordered_json extrapolation_json(const ReferenceExtrapolation& extrapolation);
 
+/// The same again. Throws nlohmann::json::exception if the members are not there, or of another kind.
+ReferenceExtrapolation extrapolation_from_json(const nlohmann::json& json);
+
 }  // namespace tetraction

@@ -244,8 +244,10 @@ std::string source_of_error(const StudyResult& result, const StudyAnswer& answer
 std::string certainty(const StudyResult& result, const StudyAnswer& answer) {
   const std::string reference = reference_name(result);
   if (result.reference_status != RunStatus::kFinished) {
-    return fmt::format("The reference, {}, did not reach the end. Therefore there are no errors.",
-                       reference);
+    const bool is_elsewhere =
+        result.left_out > 0 && result.reference_status == RunStatus::kCancelled;
+    return fmt::format("The reference, {}, {}. Therefore there are no errors.", reference,
+                       is_elsewhere ? "is a run of another part" : "did not reach the end");
   }
   if (!answer.rule_beside_reference.empty()) {
     return fmt::format(

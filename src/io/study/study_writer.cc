@@ -196,6 +196,7 @@ std::string study_json(const StudyResult& result, const std::string& scene_name,
   json["error"] = result.error_probe.empty()
                       ? "position"
                       : to_string(ErrorMeasure{result.error_kind, result.error_probe});
+  json["target"] = result.target ? nlohmann::ordered_json(*result.target) : nullptr;
   if (!result.findings.empty()) json["searched"] = findings_json(result);
   json["probes"] = nlohmann::ordered_json::array();
   for (const ProbeColumns& probe : result.probes) {
@@ -206,6 +207,9 @@ std::string study_json(const StudyResult& result, const std::string& scene_name,
   }
   json["runs"] = nlohmann::ordered_json::array();
   for (const StudyRow& row : result.rows) json["runs"].push_back(study_row_json(row));
+  if (!provenance.plan.empty()) {
+    json["plan"] = nlohmann::ordered_json::parse(provenance.plan);
+  }
   json["answer"] = answer_json(study_answer(result));
   json["conclusions"] = nlohmann::ordered_json::array();
   for (const StudyConclusion& conclusion : study_conclusions(result)) {

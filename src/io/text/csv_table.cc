@@ -17,7 +17,7 @@
 namespace tetraction {
 namespace {
 
-std::string_view trimmed(std::string_view text) {
+std::string_view trimmed_cell(std::string_view text) {
   constexpr std::string_view kSpace = " \t\r";
   const auto begin = text.find_first_not_of(kSpace);
   if (begin == std::string_view::npos) return {};
@@ -30,10 +30,10 @@ std::vector<std::string_view> entries_of(std::string_view line) {
   const bool has_commas = line.find_first_of(",;") != std::string_view::npos;
   for (;;) {
     const auto end = line.find_first_of(has_commas ? ",;" : " \t");
-    entries.push_back(trimmed(line.substr(0, end)));
+    entries.push_back(trimmed_cell(line.substr(0, end)));
     if (end == std::string_view::npos) return entries;
     line.remove_prefix(end + 1);
-    if (!has_commas) line = trimmed(line);
+    if (!has_commas) line = trimmed_cell(line);
   }
 }
 
@@ -62,7 +62,7 @@ CsvTable read_csv(const std::string& path) {
   std::size_t columns = 0;
   for (std::size_t line = 1; !text.empty(); ++line) {
     const auto end = text.find('\n');
-    const std::string_view content = trimmed(text.substr(0, end));
+    const std::string_view content = trimmed_cell(text.substr(0, end));
     text.remove_prefix(end == std::string_view::npos ? text.size() : end + 1);
     if (content.empty() || content.front() == '#') continue;
     const std::vector<std::string_view> entries = entries_of(content);

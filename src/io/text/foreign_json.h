@@ -3,7 +3,9 @@
 
 #include <cstddef>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <string>
+#include <vector>
 
 #include "tetraction/core/types.h"
 
@@ -15,17 +17,22 @@ using ForeignJson = nlohmann::json;
 /// that compare and print JSON do, need memory of the stack for each.
 inline constexpr int kMostJsonLevels = 100;
 
-/// The value of the text. Discarded (is_discarded(), and neither object nor array) if the text is no JSON, or is nested too
-/// deep. Throws nothing but std::bad_alloc.
+/// The value of the text. Discarded (is_discarded(), and neither object nor array) if the text is no JSON, is nested too
+/// deep, or has a member twice, so that it could be read in two ways. Throws nothing but std::bad_alloc.
 template <class Json = ForeignJson>
 Json parse_foreign_json(const std::string& text) {
-  bool is_too_deep = false;
-  const auto keep = [&is_too_deep](int level, typename Json::parse_event_t, const Json&) {
-    is_too_deep = is_too_deep || level > kMostJsonLevels;
-    return !is_too_deep;
+  bool is_refused = false;
+  std::vector<std::set<std::string>> keys;  // of the objects that are open
+  const auto keep = [&](int level, typename Json::parse_event_t event, const Json& value) {
+    using Event = typename Json::parse_event_t;
+    if (event == Event::object_start) keys.emplace_back();
+    if (event == Event::object_end) keys.pop_back();
+    const bool is_twice = event == Event::key && !keys.back().insert(value).second;
+    is_refused = is_refused || level > kMostJsonLevels || is_twice;
+    return !is_refused;
   };
   Json json = Json::parse(text, keep, false);
-  if (is_too_deep) return Json(Json::value_t::discarded);
+  if (is_refused) return Json(Json::value_t::discarded);
   return json;
 }
 

@@ -75,6 +75,12 @@ class Comparison {
     if (result_.is_interrupted) {
       result_.remarks.emplace_back("the study was interrupted: the runs from there on are missing");
     }
+    if (result_.left_out > 0) {
+      result_.remarks.push_back(
+          fmt::format("this is a part of a study, with {} of its {} runs: tetraction study merge "
+                      "joins the parts",
+                      rows_.size() - result_.left_out, rows_.size()));
+    }
     for (std::optional<StudyRow>& row : rows_) {
       if (row) result_.rows.push_back(std::move(*row));
     }
@@ -114,7 +120,11 @@ class Comparison {
     for (const StudyVariant& variant : plan_.variants) {
       if (!variant.name.empty()) result_.variants.push_back({variant.name, variant.values});
     }
-    for (std::optional<StudyRow>& row : rows_) {
+    for (std::size_t i = 0; i < rows_.size(); ++i) {
+      std::optional<StudyRow>& row = rows_[i];
+      const bool is_left_out = !row && plan_.runs[i].is_left_out;
+      result_.left_out += is_left_out ? 1U : 0U;
+      if (is_left_out) continue;
       if (!row || row->status == RunStatus::kCancelled) result_.is_interrupted = true;
       if (!row) continue;
       row->position_error = row->position_error_rms = row->probe_error = kNone;

@@ -88,6 +88,18 @@ Workers workers_for(std::size_t count, int jobs) {
   return workers;
 }
 
+// The references come first, so that what is known of a study that is stopped has errors.
+std::vector<std::size_t> order_of_runs(const StudyPlan& plan) {
+  std::vector<std::size_t> runs;
+  for (const PlannedReference& reference : plan.references) {
+    runs.insert(runs.end(), reference.runs.begin(), reference.runs.end());
+  }
+  for (std::size_t i = 0; i < plan.runs.size(); ++i) {
+    if (std::find(runs.begin(), runs.end(), i) == runs.end()) runs.push_back(i);
+  }
+  return runs;
+}
+
 class StudyRuns {
  public:
   StudyRuns(const StudyPlan& plan, const TetMesh& mesh, const ObserverFactory& observers,
@@ -107,11 +119,15 @@ class StudyRuns {
   StudyResult make(int jobs) {
     std::vector<std::optional<StudyRow>> rows(plan_.runs.size());
     std::vector<std::size_t> missing;
-    for (const std::size_t i : order()) {
+    std::size_t count = 0;
+    for (const std::size_t i : order_of_runs(plan_)) {
+      if (plan_.runs[i].is_left_out) continue;
+      ++count;
       if (memory_.kept) rows[i] = memory_.kept(plan_.runs[i]);
       if (!rows[i]) missing.push_back(i);
     }
-    done_ = plan_.runs.size() - missing.size();
+    count_ = count;
+    done_ = count - missing.size();
     const Workers workers = workers_for(missing.size(), jobs);
     run_jobs(static_cast<Index>(missing.size()), jobs, [&](Index place) {
       if (is_cancelled_) return;
@@ -133,22 +149,10 @@ class StudyRuns {
     return memory_.track ? memory_.track(run) : nullptr;
   }
 
-  // The references come first, so that what is known of a study that is stopped has errors.
-  std::vector<std::size_t> order() const {
-    std::vector<std::size_t> runs;
-    for (const PlannedReference& reference : plan_.references) {
-      runs.insert(runs.end(), reference.runs.begin(), reference.runs.end());
-    }
-    for (std::size_t i = 0; i < plan_.runs.size(); ++i) {
-      if (std::find(runs.begin(), runs.end(), i) == runs.end()) runs.push_back(i);
-    }
-    return runs;
-  }
-
   StudyRow make_run(const PlannedRun& run, const Workers& workers) {
     {
       const std::lock_guard lock(calling_);
-      if (progress_) progress_(done_, plan_.runs.size(), run);
+      if (progress_) progress_(done_, count_, run);
       ++done_;
     }
     MotionRecorder recorder;
@@ -222,12 +226,20 @@ class StudyRuns {
   const StudyProgress& progress_;
   const StudyMemory& memory_;
   std::map<std::string, std::shared_ptr<const MotionTrack>> tracks_;  // by the folders of runs
+  std::size_t count_ = 1;                  // runs that the study makes or keeps
   std::size_t done_ = 0;                   // runs that were begun or kept
   std::mutex calling_;                     // held while a function of the caller is called
   std::atomic<bool> is_cancelled_{false};  // whether a run was stopped on request
 };
 
 }  // namespace
+
+void leave_to_others(StudyPlan& plan, std::size_t part, std::size_t parts) {
+  std::size_t place = 0;
+  for (const std::size_t i : order_of_runs(plan)) {
+    plan.runs[i].is_left_out = place++ % parts != part;
+  }
+}
 
 Scene scene_of(const StudyPlan& plan, const PlannedRun& run) {
   Scene scene = plan.variants[run.variant].scene;
