@@ -24,10 +24,10 @@
 #include "cli/study_arguments.h"
 #include "cli/study_drawing.h"
 #include "cli/study_frames.h"
-#include "cli/study_variants.h"
 #include "commands.h"
 #include "io/results/directory_lock.h"
 #include "io/results/result_folders.h"
+#include "io/scene/scene_variants.h"
 #include "io/study/study_answer.h"
 #include "io/study/study_folder.h"
 #include "io/study/study_page.h"
@@ -62,7 +62,10 @@ SolverComparison read_comparison(const std::string& text) {
 
 StudySettings read_settings(const StudyArguments& arguments, const StudyRequests& requests) {
   StudySettings settings;
-  settings.variants = read_variants(arguments.scene, arguments.overrides, arguments.vary);
+  const auto read = [&](const std::vector<std::string>& overrides) {
+    return read_scene(arguments.scene, overrides);
+  };
+  settings.variants = read_variants(read, arguments.overrides, arguments.vary);
   settings.reference_step = arguments.reference_step;
   settings.reference_kind = reference_kind_from_string(arguments.reference);
   for (const std::string& text : arguments.also_solvers) {
@@ -222,7 +225,9 @@ int study(const StudyArguments& arguments) {
   std::vector<std::string> unused;
   const std::shared_ptr<const TetMesh> first_mesh =
       settings.variants.empty() ? std::make_shared<const TetMesh>(read_scene_mesh(scene, unused))
-                                : read_variant_meshes(settings.variants);
+                                : read_variant_meshes(settings.variants, [](const Scene& variant) {
+                                    return read_scene_mesh(variant);
+                                  });
   const TetMesh& mesh = *first_mesh;
   if (!arguments.quiet) {
     std::vector<std::string> told;
