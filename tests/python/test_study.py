@@ -291,3 +291,29 @@ def test_an_interrupt_ends_a_run_and_keeps_the_others(tmp_path, jobs):
     assert "'study.json'" in lines[1] and "'verlet-10000'" in lines[1]
     assert lines[2:] == ["1"], result.stdout  # the run that was complete is not made again
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+
+ONE_RUN = """
+import sys
+import tetraction as tt
+scene = tt.Scene(mesh={"generate": {"kind": "tetrahedron"}}, time=tt.Time(end=1e-4),
+                 material=tt.Material(youngs_modulus=1e5, poissons_ratio=0.3, density=1000))
+tt.study(scene, ["verlet"], [1e-4], reference_step=1e-4, reference_integrator="verlet", out=sys.argv[1],
+         progress=lambda *told: print("made"))
+"""
+
+
+def test_another_build_of_the_package_makes_the_runs_anew(tmp_path):
+    shutil.copytree(os.path.dirname(tt.__file__), tmp_path / "packages" / "tetraction")
+    (library,) = (tmp_path / "packages" / "tetraction").glob("_core*.so")
+    environment = {**os.environ, "PYTHONPATH": str(tmp_path / "packages")}
+
+    def made():
+        return subprocess.run([sys.executable, "-c", ONE_RUN, tmp_path / "study"], env=environment, check=True,
+                              capture_output=True, text=True).stdout  # fmt: skip
+
+    assert made() == "made\n"
+    assert made() == ""
+    with open(library, "ab") as file:
+        file.write(b"\0")
+    assert made() == "made\n"
