@@ -140,7 +140,8 @@ def python_reference():
         return "The package was not built when this site was made."
     import tetraction as package
 
-    names = {"Runs": ["run", "static", "modes", "study", "Session", "Modes", "Study"],
+    names = {"Runs": ["run", "static", "modes", "study", "read_study", "Session", "Modes", "Study",
+                      "Motion", "ProbeSeries"],
              "Scenes": ["read_scene", "Scene", "CustomMaterial", "ForceField"],
              "Meshes": ["read_mesh", "Mesh"]}  # fmt: skip
     kinds = {name: getattr(package, name) for name in package.__all__}

@@ -7,27 +7,22 @@
 
 #include <algorithm>
 #include <array>
-#include <atomic>
-#include <chrono>
-#include <condition_variable>
 #include <exception>
-#include <functional>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <string>
-#include <thread>
 #include <utility>
 #include <vector>
 
 #include "interpreter.h"
+#include "interruptible.h"
 #include "io/results/result_folders.h"
 #include "python_objects.h"
 #include "session.h"
+#include "study.h"
 #include "tetraction/core/error.h"
 #include "tetraction/core/interruption.h"
 #include "tetraction/core/parallel.h"
-#include "tetraction/core/provenance.h"
 #include "tetraction/core/version.h"
 #include "tetraction/fem/rest_state.h"
 #include "tetraction/io/initial_fields.h"
@@ -37,12 +32,10 @@
 #include "tetraction/io/scene_echo.h"
 #include "tetraction/io/scene_reader.h"
 #include "tetraction/io/scene_writer.h"
-#include "tetraction/io/study_writer.h"
 #include "tetraction/simulation/equilibrium.h"
 #include "tetraction/simulation/scene_modes.h"
 #include "tetraction/simulation/scene_objects.h"
 #include "tetraction/simulation/step_failure.h"
-#include "tetraction/simulation/study.h"
 #include "tetraction/solver/normal_modes.h"
 
 namespace py = pybind11;
@@ -106,15 +99,6 @@ TetMesh mesh_of_arrays(const Doubles& points, const py::array& tetrahedra) {
                      ? mesh_of<std::int32_t>(points, tetrahedra)
                      : mesh_of<std::int64_t>(points, tetrahedra);
   check_repeats(mesh);
-  return mesh;
-}
-
-// The mesh of a session: the given one with what the scene says of it, or the scene's own.
-TetMesh session_mesh(const Scene& scene, const std::optional<TetMesh>& given) {
-  if (!given) return read_scene_mesh(scene);
-  TetMesh mesh = *given;
-  if (scene.mesh.quadratic) mesh = with_edge_vertices(std::move(mesh));
-  add_initial_fields(scene.initial, mesh);
   return mesh;
 }
 
@@ -520,47 +504,6 @@ void define_session(py::module_& m) {
           "names"_a, WithoutLock());
 }
 
-// Computes in a thread of its own without the interpreter's lock, and ends with the exception of a signal's
-// handler soon after the signal: Python gives signals to the thread that has called.
-void interruptibly(const std::function<void()>& compute) {
-  constexpr std::chrono::milliseconds kPause{50};
-  std::mutex mutex;
-  std::condition_variable ended;
-  bool has_ended = false;
-  std::atomic<bool> stops{false};
-  std::exception_ptr failure;
-  const Released released;
-  std::thread worker([&] {
-    try {
-      const Interruptible interruptible(stops);
-      compute();
-    } catch (...) {
-      failure = std::current_exception();
-    }
-    const std::lock_guard lock(mutex);
-    has_ended = true;
-    ended.notify_all();
-  });
-  std::exception_ptr signal;
-  std::unique_lock lock(mutex);
-  while (!ended.wait_for(lock, kPause, [&] { return has_ended; })) {
-    if (signal) continue;
-    lock.unlock();
-    try {
-      const Acquired python;
-      if (PyErr_CheckSignals() != 0) throw py::error_already_set();
-    } catch (...) {  // also at the end of the interpreter
-      signal = std::current_exception();
-      stops = true;
-    }
-    lock.lock();
-  }
-  lock.unlock();
-  worker.join();
-  if (signal) std::rethrow_exception(signal);
-  if (failure) std::rethrow_exception(failure);
-}
-
 void define_analyses(py::module_& m) {
   m.def(
       "modes",
@@ -568,7 +511,8 @@ void define_analyses(py::module_& m) {
         std::optional<NormalModes> modes;
         std::string warning;
         Vector q;
-        interruptibly([&] {
+        compute_interruptibly([&](CallingThread& caller) {
+          const Interruptible interruptible(caller.stops());
           const std::unique_ptr<MechanicalSystem> system =
               make_system(scene, session_mesh(scene, given));
           check_placed_materials(*system);
@@ -605,51 +549,6 @@ void define_analyses(py::module_& m) {
                         "moved_mass"_a = tuple_of(modes->moved_mass), "warning"_a = warning);
       },
       "scene"_a, "mesh"_a, "count"_a, "loaded"_a);
-
-  // The text of study.json, the text of study.csv and the table for a terminal.
-  m.def(
-      "study",
-      [](const Scene& scene, const std::optional<TetMesh>& given,
-         const std::vector<std::string>& integrators, const std::vector<double>& steps,
-         std::optional<double> reference_step, const std::string& reference_integrator,
-         const std::string& reference, const std::string& error_probe, const std::string& out,
-         const std::string& name, const py::object& progress) {
-        StudySettings settings;
-        for (const std::string& integrator : integrators) {
-          settings.integrators.push_back(integrator_from_string(integrator));
-        }
-        settings.steps = steps;
-        settings.reference_step = reference_step;
-        settings.reference_integrator = integrator_from_string(reference_integrator);
-        settings.reference_kind = reference_kind_from_string(reference);
-        settings.error_probe = error_probe;
-        const auto tell = [&progress](std::size_t i, std::size_t count, const PlannedRun& run) {
-          const Acquired lock;
-          if (PyErr_CheckSignals() != 0) throw py::error_already_set();
-          if (!progress.is_none()) progress(i, count, to_string(run.integrator), run.step);
-        };
-        const auto observers = [&](const std::string& directory) {
-          std::vector<std::unique_ptr<Observer>> list;
-          if (!out.empty()) list.push_back(std::make_unique<RunRecorder>(out + "/" + directory, 0));
-          return list;
-        };
-        const Released released;
-        const TetMesh mesh = session_mesh(scene, given);
-        if (!out.empty()) {
-          check_folder_of_study(scene, out);
-          check_folder_of_study(plan_study(scene, mesh, settings), out);
-        }
-        check_placed_materials(*make_system(scene, mesh));
-        const StudyResult result = run_study(scene, mesh, settings, observers, tell);
-        if (!out.empty()) write_study(result, name, out, {"", utc_now()});
-        std::string json = study_json(result, name);
-        std::string csv = study_csv(result);
-        std::string table = study_table(result);
-        const Acquired lock;
-        return py::make_tuple(json, csv, table);
-      },
-      "scene"_a, "mesh"_a, "integrators"_a, "steps"_a, "reference_step"_a, "reference_integrator"_a,
-      "reference"_a, "error_probe"_a, "out"_a, "name"_a, "progress"_a);
 }
 
 }  // namespace
@@ -661,6 +560,7 @@ PYBIND11_MODULE(_core, m) {
   define_scene(m);
   define_session(m);
   define_analyses(m);
+  define_study(m);
   m.def("set_thread_count", &set_thread_count);
   m.def("thread_count", &thread_count);
   m.attr("version") = version();

@@ -10,6 +10,7 @@
 #include "python_objects.h"
 #include "tetraction/core/error.h"
 #include "tetraction/core/interruption.h"
+#include "tetraction/io/initial_fields.h"
 #include "tetraction/simulation/probe.h"
 #include "tetraction/simulation/scene_objects.h"
 
@@ -136,6 +137,14 @@ Turns::Observing::~Observing() {
 bool Turns::may_read() {
   const std::lock_guard lock(mutex_);
   return !in_use_ || (observing_ && observer_ == std::this_thread::get_id());
+}
+
+TetMesh session_mesh(const Scene& scene, const std::optional<TetMesh>& given) {
+  if (!given) return read_scene_mesh(scene);
+  TetMesh mesh = *given;
+  if (scene.mesh.quadratic) mesh = with_edge_vertices(std::move(mesh));
+  add_initial_fields(scene.initial, mesh);
+  return mesh;
 }
 
 PythonSession::PythonSession(const Scene& scene, TetMesh mesh, bool is_static,

@@ -6,6 +6,7 @@
 
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <thread>
 #include <vector>
@@ -56,6 +57,9 @@ class Turns {
   bool observing_ = false;
   std::thread::id observer_;
 };
+
+/// The mesh of a session: the given one with what the scene says of it, or the scene's own.
+TetMesh session_mesh(const Scene& scene, const std::optional<TetMesh>& given);
 
 /// A Session with the rows of its history, the arrays that its mesh refers to, and views of its state. Steps
 /// are made without the interpreter's lock.

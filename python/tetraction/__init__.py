@@ -13,7 +13,7 @@ Scenes have the keys of the scene file. Units are those of SI. docs/python.md is
 """
 
 from . import _core, material
-from ._analyses import Modes, Study, modes, run, static, study
+from ._analyses import Modes, modes, run, static
 from ._core import Error, FileError, InputError, NumericalError, OutputError
 from ._edits import Edit, RemoveConstraint, Set, SetMaterial, SetMomentum, Shift, Unfix
 from ._mesh import Mesh, read_mesh
@@ -55,6 +55,7 @@ from ._settings import (
     Time,
     Traction,
 )
+from ._study import Motion, ProbeSeries, Study, read_study, study
 
 __all__ = [
     "Amplitude",
@@ -80,11 +81,13 @@ __all__ = [
     "Modes",
     "Moment",
     "Momentum",
+    "Motion",
     "NumericalError",
     "Output",
     "OutputError",
     "Pressure",
     "Probe",
+    "ProbeSeries",
     "RemoveConstraint",
     "Scene",
     "Session",
@@ -112,6 +115,7 @@ __all__ = [
     "modes",
     "read_mesh",
     "read_scene",
+    "read_study",
     "run",
     "set_thread_count",
     "static",

@@ -1,12 +1,8 @@
-"""Runs, equilibria, normal modes and step-size studies."""
+"""Runs, equilibria and normal modes."""
 
-import json
 import os
-import subprocess
-import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -112,132 +108,5 @@ def modes(scene: _scene.Scene | _Path, count: int = 10, *, points: ArrayLike | N
         return Modes(**_core.modes(compiled, core_mesh, int(count), bool(loaded)))
 
 
-class Study:
-    """The result of a step-size study.
-
-    Attributes
-    ----------
-    table : structured array
-        One row for each run: integrator, step, status, position_error and all other columns of study.csv
-        (docs/outputs.md).
-    conclusions : list of str
-        What follows from the numbers.
-    stable_step : float
-        The stability limit of explicit steps, s.
-    data : dict
-        The content of study.json.
-    directory : str or None
-        Where its files are.
-    """
-
-    def __init__(self, data: dict[str, Any], csv_text: str, text: str, directory: str | None) -> None:
-        self.data = data
-        self.directory = directory
-        sentences = [entry["sentences"] for entry in data.get("conclusions", [])]
-        self.conclusions: list[str] = [
-            text for part in sentences for text in ([part] if isinstance(part, str) else part)]
-        self.stable_step: float | None = data.get("stable_step")
-        self.table = _table(csv_text)
-        self._text = text
-
-    def __str__(self) -> str:
-        return self._text
-
-    def __repr__(self) -> str:
-        return f"<Study of {len(self.table)} runs>"
-
-    def plot(self, column: str = "position_error", axes: Any = None) -> Any:
-        """Draws a column over the step, a line for each integrator, and returns the axes of matplotlib."""
-        import matplotlib.pyplot as plt
-
-        if axes is None:
-            _, axes = plt.subplots()
-        for integrator in dict.fromkeys(self.table["integrator"]):
-            rows = self.table[self.table["integrator"] == integrator]
-            rows = rows[(rows["status"] == "ok") & (rows[column] > 0)]
-            axes.loglog(rows["step"], rows[column], "o-", label=integrator)
-        if self.stable_step:
-            axes.axvline(self.stable_step, color="gray", linestyle=":", label="stability limit")
-        axes.set_xlabel("step [s]")
-        axes.set_ylabel(column.replace("_", " "))
-        axes.legend()
-        return axes
-
-    def write_plots(self) -> None:
-        """Draws the plots of ``tetraction study`` into its directory, as PNG, SVG and PDF files."""
-        if self.directory is None:
-            raise _core.InputError("The study has no directory: give `out`, since plots need its runs.")
-        script = os.path.join(os.path.dirname(__file__), "_plot_study.py")
-        subprocess.run([sys.executable, script, self.directory], check=True)
-
-
-def study(scene: _scene.Scene | _Path,
-          integrators: Sequence[str] = (), steps: Sequence[float] = (), *, out: _Path | None = None,
-          reference_step: float | None = None, reference_integrator: str = "midpoint",
-          reference: str = "run", error_probe: str = "", points: ArrayLike | None = None,
-          tetrahedra: ArrayLike | None = None, mesh: Mesh | None = None, copy: bool = True,
-          progress: Callable[[int, int, str, float], object] | None = None) -> Study:  # fmt: skip
-    """Runs a scene with several integrators and steps, and compares each run with a reference.
-
-    Parameters
-    ----------
-    scene : Scene or path-like
-    integrators : sequence of str
-        Without any: all.
-    steps : sequence of float
-        Seconds. Without any: 1/4, 1/2, 2, 8 and 32 times the stability limit.
-    out : path-like, optional
-        A directory for the files of the runs, study.csv and study.json.
-    reference_step : float, optional
-        Seconds; by default the finest step.
-    reference_integrator : str
-    reference : str
-        "run", or "richardson": the extrapolation of three runs, with an estimate of its error.
-    error_probe : str
-        A probe of the scene whose error gives the observed orders, instead of the positions.
-    progress : function, optional
-        Called before each run with its number, the number of runs, the integrator and the step.
-
-    Returns
-    -------
-    Study
-    """
-    scene = _of(scene).copy()
-    core_mesh, _arrays = mesh_of(points, tetrahedra, mesh, copy)
-    compiled = scene._compiled(has_mesh=core_mesh is not None)
-    out = None if out is None else os.fspath(out)
-    with scene._messages():
-        data, csv_text, text = _core.study(
-            compiled, core_mesh, list(integrators), [float(step) for step in steps], reference_step,
-            reference_integrator, reference, error_probe, out or "", scene._name, progress)  # fmt: skip
-    return Study(json.loads(data), csv_text, text, out)
-
-
 def _of(scene: _scene.Scene | _Path) -> _scene.Scene:
     return scene if isinstance(scene, _scene.Scene) else _scene.read_scene(scene)
-
-
-def _table(text: str) -> NDArray[Any]:
-    """Comma-separated values as a structured array. Columns of numbers are float64; empty is NaN."""
-    import csv
-    import io
-
-    rows = list(csv.DictReader(io.StringIO(text)))
-    names = list(rows[0]) if rows else []
-    columns: list[NDArray[Any]] = []
-    for name in names:
-        values = [row[name] for row in rows]
-        try:
-            columns.append(np.array([float(v) if v else np.nan for v in values]))
-            if all(not v for v in values):
-                columns[-1] = np.array([""] * len(values)) if name in _TEXTS else columns[-1]
-        except ValueError:
-            columns.append(np.array(values))
-    kinds = [(name, column.dtype) for name, column in zip(names, columns)]
-    table = np.empty(len(rows), dtype=kinds)
-    for name, column in zip(names, columns):
-        table[name] = column
-    return table
-
-
-_TEXTS = ("variant", "integrator", "solver", "status", "role", "directory", "message")

@@ -299,15 +299,16 @@ class Scene(_settings.Sections):
             page = _core.documentation_of(text)
             raise _core.InputError(f"{text} See {page}." if page else text) from None
 
-    def _compiled(self, tables: dict[str, Any] | None = None, *, has_mesh: bool = False) -> Any:
-        """The scene as the library takes it, from these tables or its own, checked."""
+    def _compiled(self, tables: dict[str, Any] | None = None, *, has_mesh: bool = False,
+                  overrides: Sequence[str] = ()) -> Any:  # fmt: skip
+        """The scene as the library takes it, from these tables or its own with these overrides, checked."""
         tables = dict(self._tables() if tables is None else tables)
         mesh = dict(tables.get("mesh", {}))
         if has_mesh and not mesh.get("file") and not mesh.get("generate"):
             mesh["generate"] = {"kind": "tetrahedron"}  # the arrays take its place
             tables["mesh"] = mesh
         with self._messages():
-            scene = _core.Scene.from_text(document_text(tables), self._path())
+            scene = _core.Scene.from_text(document_text(tables), self._path(), list(overrides))
         if isinstance(self.material, CustomMaterial):
             scene.set_material(0, self.material._core)
         for i, region in enumerate(self.material_region):

@@ -187,13 +187,18 @@ def read_json(*path):
 
 
 def read_study(folder):
-    """study.json, with a name for the curve of each run: its integrator, its variant where there are
-    several, and its solver where solvers are compared."""
+    """study_of() the study.json in a folder."""
     try:
         with open_regular(folder, "study.json") as file:
             study = json.load(file)
     except (OSError, ValueError, RecursionError) as problem:
         raise Unusable(f"study.json cannot be read: {problem}") from problem
+    return study_of(study, folder)
+
+
+def study_of(study, folder):
+    """The content of study.json, with a name for the curve of each run: its integrator, its variant where there are
+    several, and its solver where solvers are compared. The folders of the runs are in `folder`."""
 
     def listed(key):
         found = study.get(key) if isinstance(study, dict) else None

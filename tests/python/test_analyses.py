@@ -1,4 +1,4 @@
-"""Equilibria, modes and studies."""
+"""Equilibria, modes and meshes."""
 
 import os
 import subprocess
@@ -64,40 +64,6 @@ def test_an_interrupt_ends_the_search_of_modes():
     result = subprocess.run([sys.executable, "-c", INTERRUPTED], timeout=300, capture_output=True,
                             text=True)  # fmt: skip
     assert (result.returncode, result.stdout) == (0, "interrupted\n"), result.stderr
-
-
-def test_study(beam, tmp_path):
-    beam.environment = {}
-    beam.initial.velocity = [0.0, 0.0, 0.0]
-    beam.initial.stretch = [1.02, 1.0, 1.0]
-    beam.time.end = 0.02
-    told = []
-    study = tt.study(beam, ["verlet", "midpoint"], [1e-3, 5e-4, 2.5e-4], out=tmp_path / "study",
-                     progress=lambda i, n, rule, step: told.append((i, n, rule, step)))  # fmt: skip
-    table = study.table
-    assert len(table) == 6 and set(table["integrator"]) == {"verlet", "midpoint"}
-    assert table["position_error"].dtype == float and (table["status"] == "ok").all()
-    verlet = table[table["integrator"] == "verlet"]
-    assert verlet["observed_order"][np.isfinite(verlet["observed_order"])] == pytest.approx(2, abs=0.2)
-    assert told[0][1] == len(told) == 6
-    assert study.stable_step > 0 and study.conclusions and "verlet" in str(study)
-    assert {"study.csv", "study.json"} <= set(os.listdir(tmp_path / "study"))
-    matplotlib = pytest.importorskip("matplotlib")
-    matplotlib.use("Agg")
-    axes = study.plot()
-    assert len(axes.get_lines()) == 3
-    study.write_plots()
-    assert [name for name in os.listdir(tmp_path / "study") if name.endswith(".pdf")]
-
-
-def test_a_study_without_a_directory_and_with_a_wrong_rule(beam):
-    beam.time.end = 0.01
-    study = tt.study(beam, ["midpoint"], [1e-3, 5e-4])
-    assert study.directory is None and len(study.table) == 2
-    with pytest.raises(tt.InputError, match="directory"):
-        study.write_plots()
-    with pytest.raises(tt.InputError, match="euler"):
-        tt.study(beam, ["euler"], [1e-3])
 
 
 def test_meshes(tmp_path, beam):

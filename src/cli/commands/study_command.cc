@@ -20,10 +20,10 @@
 #include "cli/study_frames.h"
 #include "cli/study_messages.h"
 #include "cli/study_output.h"
-#include "cli/study_variants.h"
 #include "commands.h"
 #include "io/results/directory_lock.h"
 #include "io/results/result_folders.h"
+#include "io/scene/scene_variants.h"
 #include "io/stored_study/study_reader.h"
 #include "io/study/study_folder.h"
 #include "io/text/output_file.h"
@@ -55,7 +55,10 @@ SolverComparison read_comparison(const std::string& text) {
 
 StudySettings read_settings(const StudyArguments& arguments, const StudyRequests& requests) {
   StudySettings settings;
-  settings.variants = read_variants(arguments.scene, arguments.overrides, arguments.vary);
+  const auto read = [&](const std::vector<std::string>& overrides) {
+    return read_scene(arguments.scene, overrides);
+  };
+  settings.variants = read_variants(read, arguments.overrides, arguments.vary);
   settings.reference_step = arguments.reference_step;
   settings.reference_kind = reference_kind_from_string(arguments.reference);
   for (const std::string& text : arguments.also_solvers) {
@@ -125,7 +128,9 @@ StudyInputs read_inputs(const StudyArguments& arguments) {
   std::vector<std::string> unused;
   inputs.mesh = variants.empty()
                     ? std::make_shared<const TetMesh>(read_scene_mesh(inputs.scene, unused))
-                    : read_variant_meshes(inputs.settings.variants);
+                    : read_variant_meshes(inputs.settings.variants, [](const Scene& variant) {
+                        return read_scene_mesh(variant);
+                      });
   if (!arguments.view.quiet) tell_of_meshes(inputs, unused);
   for (const StudyVariant& variant : variants) {
     try {

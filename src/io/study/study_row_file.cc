@@ -1,6 +1,8 @@
 #include "study_row_file.h"
 
+#include <dlfcn.h>
 #include <fmt/format.h>
+#include <link.h>
 
 #include <cstdint>
 #include <fstream>
@@ -23,9 +25,19 @@ std::string text_of(const Fingerprint& number) {
   return fmt::format("{:016x}", number.value());
 }
 
+// The file with this code: the program, or a library that another program has loaded, as Python does.
+std::string this_file() {
+  static const char here = 0;
+  Dl_info info{};
+  void* found = nullptr;
+  const bool is_known = ::dladdr1(&here, &info, &found, RTLD_DL_LINKMAP) != 0;
+  const char* library = is_known ? static_cast<const link_map*>(found)->l_name : "";
+  return *library != '\0' ? library : "/proc/self/exe";
+}
+
 // The version of the program, and its file, since builds of the same version may compute something else.
 std::string this_build() {
-  std::ifstream file("/proc/self/exe", std::ios::binary);
+  std::ifstream file(this_file(), std::ios::binary);
   std::vector<char> bytes(std::size_t{1} << 20U);
   std::uint32_t sum = 0;
   while (file.read(bytes.data(), static_cast<std::streamsize>(bytes.size())) || file.gcount() > 0) {

@@ -1,4 +1,4 @@
-#include "study_variants.h"
+#include "scene_variants.h"
 
 #include <fmt/format.h>
 
@@ -9,8 +9,6 @@
 
 #include "core/quoting.h"
 #include "tetraction/core/error.h"
-#include "tetraction/io/initial_fields.h"
-#include "tetraction/io/scene_reader.h"
 
 namespace tetraction {
 namespace {
@@ -130,7 +128,7 @@ std::string short_key(const std::string& key, const std::vector<VariedValue>& va
   return key;
 }
 
-StudyVariant read_variant(const std::string& scene, const std::vector<std::string>& overrides,
+StudyVariant read_variant(const ReadScene& read, const std::vector<std::string>& overrides,
                           const std::vector<VariedValue>& values) {
   StudyVariant variant;
   variant.values = values;
@@ -144,7 +142,7 @@ StudyVariant read_variant(const std::string& scene, const std::vector<std::strin
   variant.name = printable(variant.name);
   variant.folder = folder_name(variant.name);
   try {
-    variant.scene = read_scene(scene, all);
+    variant.scene = read(all);
   } catch (const InputError& error) {
     // The reader knows all overrides as those of --set.
     std::string message = error.what();
@@ -176,7 +174,7 @@ void check_that_scenes_differ(const std::vector<StudyVariant>& variants) {
 
 }  // namespace
 
-std::vector<StudyVariant> read_variants(const std::string& scene,
+std::vector<StudyVariant> read_variants(const ReadScene& read,
                                         const std::vector<std::string>& overrides,
                                         const std::vector<std::string>& texts) {
   std::vector<Varied> all;
@@ -208,7 +206,7 @@ std::vector<StudyVariant> read_variants(const std::string& scene,
   }
   std::vector<StudyVariant> variants;
   for (const std::vector<VariedValue>& combination : combinations) {
-    StudyVariant variant = read_variant(scene, overrides, combination);
+    StudyVariant variant = read_variant(read, overrides, combination);
     // Different values may have the same safe letters.
     const std::string folder = variant.folder;
     const auto is_taken = [&](const StudyVariant& other) { return other.folder == variant.folder; };
@@ -232,7 +230,8 @@ std::string in_variant(const StudyVariant& variant, const std::string& message) 
   return fmt::format("{}: {}", fmt::join(options, " "), message);
 }
 
-std::shared_ptr<const TetMesh> read_variant_meshes(std::vector<StudyVariant>& variants) {
+std::shared_ptr<const TetMesh> read_variant_meshes(std::vector<StudyVariant>& variants,
+                                                   const ReadMesh& read) {
   std::map<std::string, std::shared_ptr<const TetMesh>> known;
   for (StudyVariant& variant : variants) {
     const auto echo = nlohmann::json::parse(variant.scene.echo, nullptr, false);
@@ -245,7 +244,7 @@ std::shared_ptr<const TetMesh> read_variant_meshes(std::vector<StudyVariant>& va
     }
     std::shared_ptr<const TetMesh>& mesh = known[inputs];
     try {
-      if (!mesh) mesh = std::make_shared<const TetMesh>(read_scene_mesh(variant.scene));
+      if (!mesh) mesh = std::make_shared<const TetMesh>(read(variant.scene));
     } catch (const InputError& error) {
       throw InputError(in_variant(variant, error.what()));
     } catch (const FileError& error) {
