@@ -637,7 +637,7 @@ void define_analyses(py::module_& m) {
         const TetMesh mesh = session_mesh(scene, given);
         if (!out.empty()) {
           check_folder_of_study(scene, out);
-          check_folder_of_study(plan_study(scene, mesh, settings), out);
+          check_folder_of_study(begin_plan(scene, mesh, settings), out);
         }
         check_placed_materials(*make_system(scene, mesh));
         const StudyResult result = run_study(scene, mesh, settings, observers, tell);

@@ -179,7 +179,7 @@ void tell_of_lost_runs(const std::string& directory, const std::set<std::string>
 // The name of a run in messages.
 std::string run_text(const StudyPlan& plan, const PlannedRun& run) {
   const std::string& variant = plan.variants[run.variant].name;
-  return fmt::format("{}{}{}{}", to_string(run.integrator), run.compares_solver ? " " : "",
+  return fmt::format("{}{}{}{}", to_string(run.rule()), run.compares_solver ? " " : "",
                      run.compares_solver ? run.solver : "",
                      variant.empty() ? "" : " (" + variant + ")");
 }
@@ -200,7 +200,7 @@ std::string text_of_plan(const StudyPlan& plan, const TetMesh& mesh, const Study
 }
 
 int study(const StudyArguments& arguments) {
-  const StudyRequests requests = study_requests(arguments);
+  StudyRequests requests = study_requests(arguments);
   StudySettings settings = read_settings(arguments, requests);
   const bool names_frames = !arguments.frames.empty() && arguments.frames.front() != "all" &&
                             arguments.frames.front() != "none";
@@ -257,6 +257,8 @@ int study(const StudyArguments& arguments) {
   const std::vector<std::string> old_plots = plots_of_study(directory);
   const RunDigests digests(frame, mesh);
   StudyFolder trials(directory, frame, mesh, digests, {});
+  const std::string digest = digests.of(planned_run(frame, 0, Integrator::kVerlet, frame.end));
+  if (goes_on) requests.seconds_per_step = times_of_choice(directory, digest);
   StudyFolder* folder = &trials;
   std::set<std::string> made;
 
@@ -352,6 +354,8 @@ int study(const StudyArguments& arguments) {
     StudyResult compared = run_study(plan, mesh, observers, progress, memory, arguments.jobs);
     compared.target = requests.target;
     compared.findings = chosen.findings;
+    compared.plan = chosen.plan;
+    if (compared.plan) compared.plan->digest = digest;
     compared.remarks.insert(compared.remarks.begin(), chosen.choice.remarks.begin(),
                             chosen.choice.remarks.end());
     return compared;
