@@ -734,6 +734,8 @@ def band(panel, x, level, name):
 
 def error_of(study):
     """Key and words of the error that the orders are of."""
+    if study["error"].startswith("energy."):
+        return "probe_error", f"relative error of the {plain(study['error'][7:]).replace('_', ' ')}"
     part, found, name = study["error"].partition("probe.")
     if found:
         part = f"{part[:-1]} of the " if part else ""

@@ -24,17 +24,28 @@ std::string duration_text(double seconds) {
   return fmt::format("{:.1f} h", seconds / 3600.0);
 }
 
-std::vector<Integrator> read_rules(const StudyArguments& arguments) {
+// Those with settings follow their integrator.
+std::vector<StudyRule> read_rules(const StudyArguments& arguments) {
   std::vector<std::string> names = arguments.integrators;
   if (names.empty()) names = rules_with_steps(arguments.steps);
-  if (names.empty()) return all_integrators();
-  std::vector<Integrator> rules;
+  std::vector<StudyRule> rules;
   for (const std::string& name : names) {
     const Integrator rule = integrator_from_string(name);
-    if (std::count(rules.begin(), rules.end(), rule) > 0) {
+    if (std::count(rules.begin(), rules.end(), StudyRule(rule)) > 0) {
       throw InputError(fmt::format("--integrators: {} is there twice.", name));
     }
-    rules.push_back(rule);
+    rules.emplace_back(rule);
+  }
+  if (names.empty()) rules.assign(all_integrators().begin(), all_integrators().end());
+  for (const std::string& text : arguments.rules) {
+    const StudyRule rule = read_study_rule(text);
+    if (std::count(rules.begin(), rules.end(), rule) > 0) {
+      throw InputError(fmt::format("--rule: {} is there twice.", to_string(rule)));
+    }
+    const auto last = std::find_if(rules.rbegin(), rules.rend(), [&](const StudyRule& other) {
+      return other.integrator == rule.integrator;
+    });
+    rules.insert(last == rules.rend() ? rules.end() : last.base(), rule);
   }
   return rules;
 }
@@ -115,6 +126,11 @@ std::shared_ptr<StudyArguments> add_study_options(CLI::App& command) {
        fmt::format("Comma-separated: {} (default: all, or those that --steps names)",
                    fmt::join(integrator_names(), ",")))
       ->delimiter(',');
+  list("--rule", arguments->rules,
+       "INTEGRATOR:KEY=VALUE,...: one more rule, with settings of its own of [solver] or [time], "
+       "e.g. midpoint:solver.tolerance=1e-6 or midpoint:time.adapt=error. It has the steps of its "
+       "integrator.")
+      ->check(not_empty("it names no rule"));
   list("--steps", arguments->steps,
        "Comma-separated steps of all rules, or of one: verlet=5e-6,auto. In s, in h_crit (4x), in "
        "the excited period (0.02T), or auto (default: steps with errors of 0.1 to 10 %)")
@@ -157,7 +173,8 @@ std::shared_ptr<StudyArguments> add_study_options(CLI::App& command) {
   text("--error", arguments->error,
        "probe.NAME, peak.probe.NAME or frequency.probe.NAME: orders, steps and plots use the "
        "error of this probe over time, of its peak or of its frequency instead of that of the "
-       "final positions")
+       "final positions. energy.COLUMN: the error of an energy of history.csv over time, such as "
+       "energy.kinetic_energy")
       ->check(not_empty("it names no error"));
   text("--out", arguments->out, "Output directory (default: the scene's)")
       ->check(not_empty("it names no directory"));

@@ -19,6 +19,7 @@ struct StudyArguments {
   std::string out;
   std::vector<std::string> overrides;
   std::vector<std::string> integrators;
+  std::vector<std::string> rules;
   std::vector<std::string> steps;
   std::string budget = "1min";
   std::string target;

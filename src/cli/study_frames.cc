@@ -39,7 +39,7 @@ const PlannedRun& run_to_look_at(const StudyPlan& plan) {
   const auto distance = [&](const PlannedRun& run) {
     const double of_step = std::abs(std::log(run.step / step));
     const bool is_the_scenes =
-        run.integrator == time.integrator && run.variant == 0 && !run.compares_solver;
+        run.rule() == time.integrator && run.variant == 0 && !run.compares_solver;
     return std::make_tuple(run.role == StudyRole::kReference || run.role == StudyRole::kTrial,
                            !is_the_scenes, of_step);
   };

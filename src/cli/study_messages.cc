@@ -97,7 +97,7 @@ void tell_of_lost_runs(const std::string& directory, const StudyPlan& plan) {
 
 std::string run_text(const StudyPlan& plan, const PlannedRun& run) {
   const std::string& variant = plan.variants[run.variant].name;
-  return fmt::format("{}{}{}{}", to_string(run.integrator), run.compares_solver ? " " : "",
+  return fmt::format("{}{}{}{}", to_string(run.rule()), run.compares_solver ? " " : "",
                      run.compares_solver ? run.solver : "",
                      variant.empty() ? "" : " (" + variant + ")");
 }

@@ -153,5 +153,131 @@ class Steps(StudyTest):
                      "--reference", "richardson", says="has no peaks and frequencies")  # fmt: skip
 
 
+class Rules(StudyTest):
+    """Rules with settings of their own: --rule."""
+
+    STEPS = ("--integrators", "midpoint,verlet", "--steps", "verlet=5e-4", "--steps", "midpoint=2e-3,4e-3")
+
+    def of(self, settings, **keys):
+        return [row for row in self.rows() if row["settings"] == settings
+                and all(row[key] == value for key, value in keys.items())]  # fmt: skip
+
+    def test_are_compared_with_the_reference_of_the_study(self):
+        said = self.study(*self.STEPS, "--rule", "midpoint:solver.tolerance=1e-2",
+                          "--rule", "midpoint:time.tolerance=1e-3,time.adapt=error")  # fmt: skip
+        rough = self.of("solver.tolerance=1e-2")
+        adaptive = self.of("time.adapt=error, time.tolerance=1e-3")
+        self.assertEqual([float(row["step"]) for row in rough], [2e-3, 4e-3])
+        self.assertEqual([float(row["step"]) for row in adaptive], [2e-3, 4e-3])
+        for row in rough + adaptive:
+            self.assertEqual((row["integrator"], row["role"], row["status"]), ("midpoint", "run", "ok"))
+            self.assertGreater(float(row["position_error"]), 0)
+        plain = self.of("", integrator="midpoint", role="run")
+        self.assertEqual(len(plain), 2)
+        for own, other in zip(rough, plain):
+            self.assertNotEqual(own["position_error"], other["position_error"])
+            self.assertLess(float(own["iterations_per_step"]), float(other["iterations_per_step"]))
+        # The first step is that of the row, and the tolerance chooses the others.
+        for row in adaptive:
+            self.assertNotEqual(int(row["steps"]), round(0.1 / float(row["step"])))
+            self.assertEqual(row["observed_order"], "")
+        self.assertNotIn(":", self.result()["reference"]["directory"])
+        self.assertEqual(self.result()["reference"]["integrator"], "midpoint")
+        self.assertIn("midpoint:solver.tolerance=1e-2 h = ", said.stderr)
+        summary = self.read_json("s", "midpoint-solver.tolerance=1e-2-0.002", "summary.json")
+        self.assertEqual(summary["scene"]["solver"]["tolerance"], 1e-2)
+        self.assertTrue(self.exists("s", "midpoint-time.adapt=error_time.tolerance=1e-3-0.004"))
+
+    def test_never_take_over_the_runs_of_others(self):
+        command = ("--integrators", "midpoint", "--steps", "2e-3,4e-3", "--rule", "midpoint:solver.tolerance=1e-2")
+        self.study(*command)
+        before = self.rows()
+        self.assertIn("no run was made", self.study(*command).stderr)
+        self.assertEqual([row["position_error"] for row in self.rows()], [row["position_error"] for row in before])
+        said = self.study(*command[:-1], "midpoint:solver.tolerance=1e-3").stderr
+        self.assertIn("midpoint:solver.tolerance=1e-3 h = 0.002", said)
+        self.assertNotIn("midpoint h = ", said)
+        planned = self.study(*command, "--plan").stdout
+        self.assertRegex(planned, r"(?m)^midpoint:solver.tolerance=1e-2 +0\.002 +50 +kept$")
+
+    def test_with_variants_solvers_jobs_and_own_steps(self):
+        rule = "midpoint:solver.tolerance=1e-3"
+        self.study("--integrators", "midpoint", "--steps", "midpoint=2e-3", "--steps", f"{rule}=4e-3,5e-3",
+                   "--rule", rule, "--vary", "material.density=900,1800", "--also-solver", "ceres@4e-3",
+                   "--jobs", "2", "--frames", "900-midpoint-solver.tolerance=1e-3-0.004")  # fmt: skip
+        for variant in ("900", "1800"):
+            own = self.of("solver.tolerance=1e-3", variant=variant)
+            self.assertEqual([float(row["step"]) for row in own], [4e-3, 5e-3])
+            self.assertTrue(all(row["role"] == "run" and float(row["position_error"]) > 0 for row in own))
+        [ceres] = [row for row in self.rows() if row["solver"] == "ceres" and row["variant"] == "900"]
+        self.assertEqual(ceres["settings"], "")
+        self.assertTrue(self.exists("s", "900-midpoint-solver.tolerance=1e-3-0.004", "frames.pvd"))
+
+    def test_have_ladders_and_targets(self):
+        rule = "midpoint:solver.tolerance=1e-6"
+        self.study("--integrators", "midpoint", "--rule", rule, "--rule", "midpoint:time.adapt=error", "--budget", "20s")
+        self.assertGreaterEqual(len(self.of("solver.tolerance=1e-6", role="run")), 2)
+        self.assertEqual(len(self.of("time.adapt=error", role="run")), 1)
+        plan = self.result()["choice"]
+        self.assertEqual([(each["rule"], each["how"]) for each in plan["rules"]],
+                         [("midpoint", "chosen"), (rule, "chosen"), ("midpoint:time.adapt=error", "chosen")])  # fmt: skip
+        self.assertEqual(plan["budget"], 20)
+        # The same command has the same plan, also the times that were measured for it.
+        self.study("--integrators", "midpoint", "--rule", rule, "--rule", "midpoint:time.adapt=error", "--budget", "20s")
+        self.assertEqual(self.result()["choice"], plan)
+        self.study("--fresh --integrators verlet --target 2% --budget 20s --rule", rule)
+        found = {each["rule"]: each["target"] for each in self.result()["searched"]}
+        self.assertTrue(found[rule]["is_met"])
+
+    def test_messages(self):
+        for rule, says in (
+            ("midpoint:material.density=900", ("--vary material.density=VALUE",)),
+            ("midpoint:time.step=1e-3", ("without time.integrator, time.step",)),
+            ("midpoint:solver.tolerence=1e-3", ("did you mean tolerance?",)),
+            ("midpoint:solver.tolerance=wide", ("--rule", "solver.tolerance")),
+            ("midpoint:solver.tolerance=7", ("--rule", "solver.tolerance", "1e-8 is usual")),
+            ("midpoint:time.tolerance=1e-3", ("no effect with the other settings",)),
+            ("energy-momentum:time.adapt=energy", ("time.adapt", "discrete action")),
+            ("verlet:solver.tolerance=1e-3", ("explicit and solves no equations",)),
+            ("midpoint:solver.tolerance=1e-3,solver.tolerance=1e-4", ("solver.tolerance is there twice",)),
+            ("midpoint", ("INTEGRATOR:KEY=VALUE",)),
+        ):
+            with self.subTest(rule):
+                self.refused_study("--steps", "2e-3", "--integrators", "midpoint", "--rule", rule, says=says)
+
+
+class EnergyErrors(StudyTest):
+    STEPS = ("--integrators", "midpoint,verlet", "--steps", "verlet=5e-4", "--steps", "midpoint=2e-3,4e-3",
+             "--reference-step", "2.5e-4")  # fmt: skip
+
+    def energy(self, run, column):
+        return [(float(row["time"]), float(row[column])) for row in self.table("s", run, "history.csv")]
+
+    def test_are_those_of_history(self):
+        """Steps are multiples of that of the reference, so that nothing is interpolated."""
+        for column in ("kinetic_energy", "elastic_energy"):
+            with self.subTest(column):
+                self.study(*self.STEPS, "--error", f"energy.{column}")
+                self.assertEqual(self.result()["error"], f"energy.{column}")
+                self.assertEqual(self.result()["answer"]["error"], f"error of the {column.replace('_', ' ')}")
+                exact = self.energy("midpoint-0.00025", column)
+                scale = max(abs(value - exact[0][1]) for _, value in exact)
+                for row in self.rows():
+                    if row["integrator"] != "midpoint" or row["role"] != "run":
+                        continue
+                    every = round(float(row["step"]) / 2.5e-4)
+                    own = self.energy(f"midpoint-{float(row['step']):.10g}", column)
+                    error = max(abs(value - exact[i * every][1]) for i, (_, value) in enumerate(own)) / scale
+                    self.assertAlmostEqual(float(row["probe_error"]) / error, 1, places=6)
+        # All energies are kept with each run.
+        self.assertIn("no run was made", self.study(*self.STEPS, "--error", "energy.total_energy").stderr)
+        errors = [float(row["probe_error"]) for row in self.rows() if row["role"] == "run"]
+        self.assertTrue(all(0 < error < 1 for error in errors), errors)
+
+    def test_unknown_columns(self):
+        self.refused_study(*self.STEPS, "--error", "energy.kinetic",
+                           says=("no energy of that name", "kinetic_energy"))  # fmt: skip
+
+
 if __name__ == "__main__":
     main()

@@ -67,5 +67,32 @@ TEST(SeriesErrors, AreUnknownWithoutValuesOrScale) {
   }
 }
 
+// Where a potential energy is zero does not matter, and the total energy is compared with what its parts exchange.
+TEST(SeriesErrors, OfEnergies) {
+  const auto wave = [](double zero, double amplitude) {
+    return [=](double t) { return Vector::Constant(1, zero + amplitude * std::sin(t)).eval(); };
+  };
+  for (const double zero : {0.0, 1e6}) {
+    const ProbeRecord reference = record(1000, 2.0, wave(zero, 2.0));
+    EXPECT_NEAR(series_error(ErrorKind::kEnergy, record(1000, 2.0, wave(zero, 2.1)), reference),
+                0.05, 1e-9);
+  }
+  const ProbeRecord constant = record(1000, 2.0, wave(4.0, 0.0));
+  EXPECT_NEAR(series_error(ErrorKind::kEnergy, record(1000, 2.0, wave(4.1, 0.0)), constant), 0.025,
+              1e-12);
+
+  const auto track = [&](double total) {
+    MotionTrack result;
+    result.probes = {record(1000, 2.0, wave(0.0, 2.0)), record(1000, 2.0, wave(total, 0.0))};
+    result.probes[0].name = "energy.kinetic_energy";
+    result.probes[1].name = "energy.total_energy";
+    return result;
+  };
+  EXPECT_NEAR(series_error({ErrorKind::kEnergy, "total_energy"}, track(4.1), track(4.0)), 0.05,
+              1e-6);
+  EXPECT_TRUE(
+      std::isnan(series_error({ErrorKind::kEnergy, "elastic_energy"}, track(4.1), track(4.0))));
+}
+
 }  // namespace
 }  // namespace tetraction

@@ -16,7 +16,8 @@ struct Oscillator {
   int stop_after = 1000;
 
   MakeTrackedRun make() {
-    return [this](Integrator rule, double step) {
+    return [this](const StudyRule& asked, double step) {
+      const Integrator rule = asked.integrator;
       ++runs;
       const double h = 2.0 * std::numbers::pi * step;
       const bool is_explicit = !is_implicit(rule);
@@ -47,7 +48,7 @@ RuleQuestion rule(Integrator integrator, const std::string& steps = {}) {
   question.stable_step = 1e-2;
   const std::vector<StepRequest> requests =
       steps.empty() ? std::vector<StepRequest>() : read_step_requests(steps);
-  question.asked = resolve_steps(requests, question.rule, 1e-2, {2.3, 1e-2, {}});
+  question.asked = resolve_steps(requests, integrator, 1e-2, {2.3, 1e-2, {}});
   return question;
 }
 
@@ -174,6 +175,22 @@ TEST(StudyChoice, TakesTheReferenceThatWasAskedFor) {
   const StepChoice choice = choose_steps(asked, budget, oscillator.make());
   EXPECT_EQ(choice.reference, Integrator::kMidpoint);
   EXPECT_EQ(choice.reference_step, 1e-3);
+}
+
+// It does not reach for more accuracy with smaller first steps, and a rule with settings has a ladder of its own.
+TEST(StudyChoice, MakesOneRunOfARuleThatAdaptsItsSteps) {
+  Oscillator oscillator;
+  StudyBudget budget(60.0);
+  StepQuestion asked = question();
+  asked.rules = {rule(Integrator::kMidpoint), rule(Integrator::kMidpoint),
+                 rule(Integrator::kMidpoint)};
+  asked.rules[1].rule.settings = {{"solver.tolerance", "1e-6"}};
+  asked.rules[2].rule.settings = {{"time.adapt", "error"}};
+  asked.rules[2].adapts = true;
+  const StepChoice choice = choose_steps(asked, budget, oscillator.make());
+  EXPECT_EQ(choice.rules[1].steps, choice.rules[0].steps);
+  EXPECT_EQ(choice.rules[2].steps.size(), 1U);
+  EXPECT_TRUE(choice.rules[2].trials.empty());
 }
 
 }  // namespace

@@ -63,7 +63,7 @@ TEST(StudySteps, ThatAreMalformedAreRefused) {
 }
 
 TEST(StudySteps, BelongToOneRuleOrToAll) {
-  const std::vector<Integrator> rules{kVerlet, kMidpoint, Integrator::kBackwardEuler};
+  const std::vector<StudyRule> rules{kVerlet, kMidpoint, Integrator::kBackwardEuler};
   const auto assigned = assign_steps({"verlet=5e-6,auto", "1e-3", "backward-euler=2e-3,4x"}, rules);
   ASSERT_EQ(assigned.size(), 3U);
   EXPECT_EQ(assigned[0].size(), 3U);
@@ -162,6 +162,25 @@ TEST(StepSeries, IsOneTwoFive) {
   EXPECT_EQ(series_below(999.0), 500);
   EXPECT_EQ(series_above(std::nan("")), 1);
   EXPECT_GT(series_above(1e300), Index{8000000000000000});
+}
+
+TEST(StudyRules, HaveSettingsInAnyOrder) {
+  const StudyRule rule = read_study_rule("midpoint:time.tolerance=1e-3,time.adapt=error");
+  EXPECT_EQ(to_string(rule), "midpoint:time.adapt=error,time.tolerance=1e-3");
+  EXPECT_EQ(to_string(rule.settings), "time.adapt=error, time.tolerance=1e-3");
+  expect_refusal([] { read_study_rule("midpoint:solver.tolerance"); }, {"KEY=VALUE"});
+  expect_refusal([] { read_study_rule("midpoint:output.every=2"); }, {"--vary output.every"});
+}
+
+TEST(StudyRules, TakeTheStepsOfTheirIntegratorOrTheirOwn) {
+  const std::vector<StudyRule> rules{kMidpoint, read_study_rule("midpoint:solver.tolerance=1e-6"),
+                                     read_study_rule("midpoint:solver.tolerance=1e-4")};
+  const auto assigned =
+      assign_steps({"midpoint=1e-3,2e-3", "midpoint:solver.tolerance=1e-4=5e-3"}, rules);
+  EXPECT_EQ(assigned[0].size(), 2U);
+  EXPECT_EQ(assigned[1].size(), 2U);
+  ASSERT_EQ(assigned[2].size(), 1U);
+  EXPECT_EQ(assigned[2][0].value, 5e-3);
 }
 
 }  // namespace

@@ -9,7 +9,7 @@
 
 namespace tetraction {
 
-/// The values of one probe at the steps at which it is due, and at the last one.
+/// The values of one probe at the steps at which it is due, and at the last one; or those of an energy.
 struct ProbeRecord {
   std::string name;
   std::size_t width = 0;       ///< number of values at each time
@@ -42,6 +42,8 @@ struct MotionTrack {
   std::size_t count = 0;          ///< n
   Vector rest;                    ///< positions at rest, X
   std::vector<Vector> positions;  ///< at the times that the run has reached
+  /// The probes of the scene, then the energies (ErrorMeasure::series()), which have at most
+  /// 10,000 samples: of longer runs each second, fourth, … step.
   std::vector<ProbeRecord> probes;
 
   /// Whether the run reached the end.
@@ -53,6 +55,9 @@ struct MotionTrack {
   /// Takes this + share·(this − coarser) for all positions. Both are whole.
   void extrapolate(double share, const MotionTrack& coarser);
 };
+
+/// The names of the columns of history.csv that are energies of the body or entered it.
+std::vector<std::string> energy_columns(const Energies& energies);
 
 /// The number of times of a track: 100, but fewer, at least 10, if the positions would take more than 64 MB.
 std::size_t track_times(Index dof_count);
@@ -81,6 +86,7 @@ class MotionRecorder : public Observer {
   double next_time() const;
   void keep_state(const Session& session);
   void record_probes(const Session& session, bool all);
+  void record_energies(const Session& session, bool all);
 
   MotionTrack track_;
   Vector inverse_mass_;
@@ -89,6 +95,7 @@ class MotionRecorder : public Observer {
   Vector position_;
   Vector velocity_;
   std::vector<double> probe_values_;
+  Index energy_stride_ = 1;  // steps from one sample of the energies to the next
 };
 
 }  // namespace tetraction

@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <limits>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -14,12 +15,6 @@
 #include "tetraction/simulation/study_choice.h"
 
 namespace tetraction {
-
-/// A key of the scene and the value that a variant gives it.
-struct VariedValue {
-  std::string key;
-  std::string value;
-};
 
 /// A variant of the scene.
 struct StudyVariant {
@@ -43,13 +38,15 @@ struct SolverComparison {
   double step = 0.0;   ///< s
 };
 
-/// The steps of one integrator, s, ascending.
+/// The steps of one rule, s, ascending.
 struct RuleSteps {
   Integrator integrator = Integrator::kMidpoint;
   std::vector<double> steps;
   std::vector<double> trials{};  ///< of runs that were made to find these steps
   /// Keys of [solver] and [time] that make it a rule of its own, such as solver.tolerance.
   std::vector<VariedValue> settings{};
+
+  StudyRule rule() const { return {integrator, settings}; }
 };
 
 /// The runs that a study compares.
@@ -60,7 +57,7 @@ struct StudySettings {
   /// the reference of the first of them. All must have the same end time.
   std::vector<StudyVariant> variants;
   std::vector<Integrator> integrators;  ///< empty: all four
-  std::vector<double> steps;  ///< s; empty: 1/4, 1/2, 2, 8 and 32 times h_crit of `explicit`
+  std::vector<double> steps;            ///< s; empty: run_study() chooses them (choose_study())
   std::vector<RuleSteps> rule_steps{};  ///< if there are any, instead of `integrators` and `steps`
   /// Step of the reference run. By default it is the finest step of the study.
   std::optional<double> reference_step;
@@ -68,8 +65,8 @@ struct StudySettings {
   ReferenceKind reference_kind = ReferenceKind::kRun;
   /// Each of them is a run of the (first) scene with the first implicit integrator of the study.
   std::vector<SolverComparison> solver_comparisons;
-  /// Name of a probe of the scene whose error gives the observed orders. Empty: the error of the
-  /// positions does.
+  /// Name of a probe of the scene whose error gives the observed orders, or with ErrorKind::kEnergy the
+  /// column of history.csv with an energy. Empty: the error of the positions does.
   std::string error_probe{};
   /// What counts of that probe: its values over time, or only their peak or their frequency.
   ErrorKind error_kind = ErrorKind::kProbe;
@@ -96,6 +93,8 @@ struct PlannedRun {
   StudyRole role = StudyRole::kRun;
   std::string directory;     ///< directory of its results, relative to the study's
   bool is_left_out = false;  ///< another part of the study makes it
+
+  StudyRule rule() const { return {integrator, settings}; }
 };
 
 /// A reference of a study.
@@ -127,6 +126,8 @@ struct StudyPlan {
   ErrorKind error_kind = ErrorKind::kProbe;  ///< StudySettings::error_kind
   std::vector<ProbeColumns> probes{};        ///< of the first variant
 
+  /// What the errors of error_probe are. Its name is empty without one.
+  ErrorMeasure error_series() const { return {error_kind, error_probe}; }
   const PlannedRun& finest_run(const PlannedReference& reference) const {
     return runs[reference.runs.back()];
   }
@@ -135,14 +136,14 @@ struct StudyPlan {
 /// Checks the settings and fills in everything of a plan but runs and references.
 StudyPlan begin_plan(const Scene& scene, const TetMesh& mesh, const StudySettings& settings);
 
-/// A run of a variant with this integrator and step, as plan_study() plans it.
-PlannedRun planned_run(const StudyPlan& plan, std::size_t variant, Integrator integrator,
+/// A run of a variant with this rule and step, as plan_study() plans it. Throws InputError for settings of the rule
+/// that do not fit the scene.
+PlannedRun planned_run(const StudyPlan& plan, std::size_t variant, const StudyRule& rule,
                        double step);
 
-/// Checks the settings and plans the runs. If no steps are given, they are multiples of the
-/// stability limit. Throws InputError for steps that are not positive or longer than the end time,
-/// variants that end at different times, an error probe that a variant does not have, events that
-/// change [time], and solvers that cannot be compared.
+/// Checks the settings and plans the runs. Throws InputError for steps that are missing, not positive or longer
+/// than the end time, variants that end at different times, an error probe that a variant does not
+/// have, events that change [time], settings of rules that do not fit, and solvers that cannot be compared.
 StudyPlan plan_study(const Scene& scene, const TetMesh& mesh, const StudySettings& settings);
 
 /// "run", "reference", "variant", "trial": the words of study.csv.
@@ -287,8 +288,24 @@ struct VariantValues {
 /// What runs that were made to choose steps found for a rule.
 struct RuleFinding {
   Integrator rule = Integrator::kMidpoint;
-  std::optional<TargetStep> target{};  ///< the largest step that meets StudyResult::target
-  std::optional<StableStep> stable{};  ///< the largest stable step of an explicit rule
+  std::optional<TargetStep> target{};   ///< the largest step that meets StudyResult::target
+  std::optional<StableStep> stable{};   ///< the largest stable step of an explicit rule
+  std::vector<VariedValue> settings{};  ///< RuleSteps::settings
+};
+
+/// How a study came to its steps. What is chosen depends on the scene, on what is asked for, and on the times of runs
+/// that are kept. Together with the times here the same study chooses the same steps again.
+struct PlannedSteps {
+  struct Rule {
+    StudyRule rule;
+    std::vector<double> steps;  ///< s, ascending
+    bool is_chosen = false;     ///< whether some of the steps were not asked for
+  };
+  double budget = 0.0;  ///< s
+  std::vector<Rule> rules{};
+  std::map<Integrator, double>
+      seconds_per_step{};  ///< StudyRequests::seconds_per_step of the next time
+  std::string digest{};  ///< of program, scene and mesh, with which these times count; empty: never
 };
 
 /// What a run on a finer mesh tells of the error of the mesh.
@@ -330,6 +347,7 @@ struct StudyResult {
   std::vector<ProbeColumns> probes{};        ///< of the first variant
   std::optional<double> target{};            ///< the relative error for which steps were searched
   std::vector<RuleFinding> findings{};       ///< of the rules for which there are any
+  std::optional<PlannedSteps> plan{};        ///< if steps were chosen
   std::optional<MeshCheck> mesh_check{};     ///< if one was asked for
 };
 
@@ -382,7 +400,8 @@ TrackedRun make_tracked_run(const StudyPlan& plan, const PlannedRun& run, const 
 struct ChosenStudy {
   StudySettings settings;
   StepChoice choice;
-  std::vector<RuleFinding> findings;  ///< for StudyResult
+  std::vector<RuleFinding> findings;   ///< for StudyResult
+  std::optional<PlannedSteps> plan{};  ///< for StudyResult, if steps were chosen
 };
 
 /// Resolves the steps that are asked for. If some are to be chosen, makes trial runs of the first variant with `make`,
@@ -395,7 +414,14 @@ ChosenStudy choose_study(const StudyPlan& frame, const TetMesh& mesh, StudySetti
 /// The time that a run takes, as its first steps tell, s. NaN if they fail.
 double estimated_seconds(const StudyPlan& plan, const PlannedRun& run, const TetMesh& mesh);
 
-/// Plans a study and makes its runs.
+/// Chooses the steps that are asked for (choose_study()), plans the study and makes its runs. The trial runs stay in
+/// memory and are not made again. Integrators, steps and error of `settings` do not count, those of `requests` do.
+StudyResult run_study(const Scene& scene, const TetMesh& mesh, StudySettings settings,
+                      const StudyRequests& requests, const ObserverFactory& observers = {},
+                      const StudyProgress& progress = {}, int jobs = 1);
+
+/// Plans a study and makes its runs. If the settings have no steps, it chooses a ladder for each rule, with
+/// StudyRequests::budget. reference_integrator then counts unless it is the default.
 StudyResult run_study(const Scene& scene, const TetMesh& mesh, const StudySettings& settings,
                       const ObserverFactory& observers = {}, const StudyProgress& progress = {});
 

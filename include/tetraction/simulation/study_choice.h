@@ -22,14 +22,15 @@ struct TrackedRun {
 };
 
 /// Makes a run, or takes one that was made before, with the seconds that it took then: the choice is the same again.
-using MakeTrackedRun = std::function<TrackedRun(Integrator rule, double step)>;
+using MakeTrackedRun = std::function<TrackedRun(const StudyRule& rule, double step)>;
 
 /// A rule for which steps may have to be chosen.
 struct RuleQuestion {
-  Integrator rule = Integrator::kMidpoint;
-  ResolvedSteps asked;
+  StudyRule rule{};
+  ResolvedSteps asked{};
   double stable_step = 0.0;       ///< h_crit of an explicit rule, s
   double seconds_per_step = 0.0;  ///< 0: not known
+  bool adapts = false;  ///< whether it chooses the size of its steps: no step of it is searched
 };
 
 struct StepQuestion {

@@ -152,9 +152,14 @@ class Study {
         goes_on_(!arguments.fresh && holds_study(inputs_.directory)),
         old_plots_(plots_of_study(inputs_.directory)),
         digests_(frame_, *inputs_.mesh),
+        digest_(digests_.of(planned_run(frame_, 0, Integrator::kVerlet, frame_.end))),
         trials_(inputs_.directory, frame_, *inputs_.mesh, digests_, {}),
         has_bars_(arguments.jobs == 1 && ProgressBar::possible()),
-        has_told_of_blas_(arguments.view.quiet) {}
+        has_told_of_blas_(arguments.view.quiet) {
+    if (goes_on_) {
+      inputs_.requests.seconds_per_step = times_of_choice(inputs_.directory, digest_);
+    }
+  }
 
   int make() {
     const ChosenStudy chosen = choose();
@@ -236,6 +241,8 @@ class Study {
         run_study(plan, *inputs_.mesh, observers(), progress(), memory(), arguments_.jobs);
     result.target = inputs_.requests.target;
     result.findings = chosen.findings;
+    result.plan = chosen.plan;
+    if (result.plan) result.plan->digest = digest_;
     result.remarks.insert(result.remarks.begin(), chosen.choice.remarks.begin(),
                           chosen.choice.remarks.end());
     return result;
@@ -316,11 +323,12 @@ class Study {
   }
 
   const StudyArguments& arguments_;
-  const StudyInputs inputs_;
+  StudyInputs inputs_;
   const StudyPlan frame_;  // without runs
   const bool goes_on_;     // from an earlier study in the directory
   const std::vector<std::string> old_plots_;
   const RunDigests digests_;
+  const std::string digest_;  // of what the choice of steps depends on
   StudyFolder trials_;
   StudyFolder* runs_ = nullptr;  // once there is a plan
   std::optional<DirectoryLock> lock_;

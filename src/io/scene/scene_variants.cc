@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "core/quoting.h"
+#include "simulation/study/run_scene.h"
 #include "tetraction/core/error.h"
 
 namespace tetraction {
@@ -89,27 +90,6 @@ Varied read_varied(const std::string& text) {
     }
   }
   return varied;
-}
-
-// Letters of a name that are safe in a folder and in the list of --frames.
-std::string folder_name(const std::string& name) {
-  constexpr std::size_t kLongest = 100;
-  std::string folder;
-  for (const char c : name) {
-    const bool is_safe = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') ||
-                         (c >= '0' && c <= '9') || c == '.' || c == '=' || c == '+' || c == '-' ||
-                         c == '_';
-    if (is_safe) {
-      folder += c;
-    } else if (!folder.empty() && folder.back() != '_') {
-      folder += '_';
-    }
-  }
-  if (folder.size() > kLongest) folder.resize(kLongest);
-  while (!folder.empty() && folder.back() == '_') folder.pop_back();
-  // Neither hidden nor like an option.
-  if (folder.empty() || folder.front() == '.' || folder.front() == '-') folder.insert(0, "_");
-  return folder;
 }
 
 // The last parts of a key that tell it from the other ones: "density" for material.density.

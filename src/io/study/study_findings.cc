@@ -60,8 +60,10 @@ std::string step_text(const StudyResult& result, Integrator rule, Index n) {
   return short_number(row.step) + " s" + in_limits(row);
 }
 
-std::string target_sentence(const StudyResult& result, Integrator rule, const TargetStep& found) {
-  const std::string name = capitalised(to_string(rule));
+std::string target_sentence(const StudyResult& result, const RuleFinding& finding) {
+  const TargetStep& found = *finding.target;
+  const Integrator rule = finding.rule;
+  const std::string name = capitalised(to_string(StudyRule(rule, finding.settings)));
   const std::string target = short_number(100.0 * *result.target) + " %";
   const std::string runs =
       fmt::format("{} run{}", found.runs.size(), found.runs.size() == 1 ? "" : "s");
@@ -108,7 +110,7 @@ std::vector<std::string> finding_sentences(const StudyResult& result) {
   std::vector<std::string> sentences;
   for (const RuleFinding& finding : result.findings) {
     if (finding.target && result.target) {
-      sentences.push_back(target_sentence(result, finding.rule, *finding.target));
+      sentences.push_back(target_sentence(result, finding));
     }
     if (finding.stable && finding.stable->runs > 0) {
       sentences.push_back(stable_sentence(result, finding.rule, *finding.stable));
@@ -120,7 +122,7 @@ std::vector<std::string> finding_sentences(const StudyResult& result) {
 nlohmann::ordered_json findings_json(const StudyResult& result) {
   nlohmann::ordered_json list = nlohmann::ordered_json::array();
   for (const RuleFinding& finding : result.findings) {
-    nlohmann::ordered_json json{{"rule", to_string(finding.rule)}};
+    nlohmann::ordered_json json{{"rule", to_string(StudyRule(finding.rule, finding.settings))}};
     if (finding.target && result.target) {
       const TargetStep& found = *finding.target;
       json["target"] = {{"target", *result.target},

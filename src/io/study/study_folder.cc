@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <nlohmann/json.hpp>
 #include <utility>
 
+#include "io/text/foreign_json.h"
 #include "io/text/output_file.h"
 #include "study_track_file.h"
 
@@ -16,6 +18,19 @@ bool is_of_type(const std::string& path, std::filesystem::file_type type) {
 }
 
 }  // namespace
+
+std::map<Integrator, double> times_of_choice(const std::string& directory,
+                                             const std::string& digest) {
+  const auto json = parse_foreign_json(read_output(directory + "/study.json"));
+  const auto& plan = member_of(json, "choice");
+  std::map<Integrator, double> times;
+  if (member_of(plan, "digest") != digest) return times;
+  for (const Integrator rule : all_integrators()) {
+    const auto& seconds = member_of(member_of(plan, "seconds_per_step"), to_string(rule).c_str());
+    if (seconds.is_number()) times[rule] = seconds.get<double>();
+  }
+  return times;
+}
 
 StudyFolder::StudyFolder(std::string directory, const StudyPlan& plan, const TetMesh& mesh,
                          const RunDigests& digests, const std::vector<std::string>& frames)
@@ -62,11 +77,8 @@ std::shared_ptr<const MotionTrack> StudyFolder::track(const PlannedRun& run) con
   const auto& own = plan_.variants[run.variant].mesh;
   const bool is_of_body = track && track->rest.size() == 3 * (own ? *own : mesh_).vertex_count();
   if (!is_of_body) return nullptr;
-  for (const ProbeColumns& probe : plan_.probes) {
-    if (probe.name != plan_.error_probe) continue;
-    const ProbeRecord* record = track->probe(probe.name);
-    if (record == nullptr || record->width != probe.size()) return nullptr;
-  }
+  // Runs of an earlier version lack the energies.
+  if (!plan_.error_probe.empty() && !track->probe(plan_.error_series().series())) return nullptr;
   return track;
 }
 

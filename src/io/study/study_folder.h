@@ -1,6 +1,7 @@
 // The runs in the directory of a study: those that are there already, and those that are made.
 #pragma once
 
+#include <map>
 #include <memory>
 #include <optional>
 #include <set>
@@ -12,6 +13,10 @@
 #include "tetraction/simulation/study.h"
 
 namespace tetraction {
+
+/// StudyRequests::seconds_per_step as the study in this directory left it (PlannedSteps), if that has this digest.
+std::map<Integrator, double> times_of_choice(const std::string& directory,
+                                             const std::string& digest);
 
 /// Keeps row and track of each run in its folder, and takes over the runs of earlier studies that computed the same.
 class StudyFolder {

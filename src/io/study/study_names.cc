@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -101,7 +102,14 @@ std::string error_name(const StudyResult& result) {
   const std::string part = result.error_kind == ErrorKind::kPeak        ? "peak of the "
                            : result.error_kind == ErrorKind::kFrequency ? "frequency of the "
                                                                         : "";
-  return fmt::format("error of the {}probe {}", part, result.error_probe);
+  return fmt::format("error of the {}{}", part, series_name(result));
+}
+
+std::string series_name(const StudyResult& result) {
+  if (result.error_kind != ErrorKind::kEnergy) return "probe " + result.error_probe;
+  std::string name = result.error_probe;
+  std::replace(name.begin(), name.end(), '_', ' ');
+  return name;
 }
 
 std::string reference_name(const StudyResult& result) {

@@ -30,6 +30,8 @@ std::string in_limits(const StudyRow& row);
 
 /// "position error", "error of the probe tip", "error of the peak of the probe tip".
 std::string error_name(const StudyResult& result);
+/// "probe tip" or "kinetic energy": what the errors of the study are of, unless it is the positions.
+std::string series_name(const StudyResult& result);
 
 /// The reference of the study: "midpoint with h = 1e-4 s", or "Richardson extrapolation of midpoint
 /// with h = 1e-4 s and 5e-5 s".

@@ -97,6 +97,10 @@ std::string RunDigests::of(const PlannedRun& run) const {
   number.add(to_string(run.integrator));
   number.add(run.step);
   number.add(run.solver);
+  for (const VariedValue& setting : run.settings) {
+    number.add(setting.key);
+    number.add(setting.value);
+  }
   return text_of(number);
 }
 

@@ -290,7 +290,7 @@ Sentences limits(const StudyResult& result, const StudyAnswer& answer) {
     };
     if (!found.is_valid) say("", found.reason);
     if (!found.probe_is_valid && found.probe_reason != found.reason) {
-      say(" of the probe " + result.error_probe, found.probe_reason);
+      say(" of the " + series_name(result), found.probe_reason);
     }
   }
   sentences.push_back(certainty(result, answer));
@@ -370,7 +370,7 @@ Sentences variants(const StudyResult& result, const StudyAnswer& answer) {
         fmt::format("With equal rules and steps {} takes {} times the wall time of {}.",
                     variant.name, least == most ? least : least + " to " + most, first));
   }
-  const std::string motion = result.error_probe.empty() ? "motion" : "probe " + result.error_probe;
+  const std::string motion = result.error_probe.empty() ? "motion" : series_name(result);
   const auto farthest =
       std::max_element(answer.variants.begin(), answer.variants.end(),
                        [](const VariantAnswer& a, const VariantAnswer& b) {

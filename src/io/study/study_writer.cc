@@ -143,6 +143,21 @@ StudyGrid grid_of_runs(const StudyResult& result) {
   return grid;
 }
 
+nlohmann::ordered_json plan_json(const PlannedSteps& plan) {
+  nlohmann::ordered_json json{{"budget", plan.budget}, {"rules", nlohmann::ordered_json::array()}};
+  for (const PlannedSteps::Rule& rule : plan.rules) {
+    json["rules"].push_back({{"rule", to_string(rule.rule)},
+                             {"steps", rule.steps},
+                             {"how", rule.is_chosen ? "chosen" : "asked"}});
+  }
+  json["seconds_per_step"] = nlohmann::ordered_json::object();
+  for (const auto& [rule, seconds] : plan.seconds_per_step) {
+    json["seconds_per_step"][to_string(rule)] = seconds;
+  }
+  json["digest"] = plan.digest;
+  return json;
+}
+
 }  // namespace
 
 std::string study_csv(const StudyResult& result, const StudyProvenance& provenance) {
@@ -198,6 +213,7 @@ std::string study_json(const StudyResult& result, const std::string& scene_name,
                       : to_string(ErrorMeasure{result.error_kind, result.error_probe});
   json["target"] = result.target ? nlohmann::ordered_json(*result.target) : nullptr;
   if (!result.findings.empty()) json["searched"] = findings_json(result);
+  if (result.plan) json["choice"] = plan_json(*result.plan);
   json["probes"] = nlohmann::ordered_json::array();
   for (const ProbeColumns& probe : result.probes) {
     json["probes"].push_back({{"name", probe.name},
@@ -245,7 +261,12 @@ std::string study_table(const StudyResult& result) {
         "wall [s] with *: the run shared the cores of the machine with others, or had more threads "
         "than cores, so that its time does not count. --jobs 1 with fewer --threads measures it.\n";
   }
-  if (!result.error_probe.empty()) {
+  if (result.error_kind == ErrorKind::kEnergy) {
+    text += fmt::format(
+        "probe.err: the largest |E - E_ref| of the {} over time, divided by the largest |E_ref - "
+        "E_ref(0)|; the order is that of this error.\n",
+        series_name(result));
+  } else if (!result.error_probe.empty()) {
     text += fmt::format("probe.err: {} of the probe {}; the order is that of this error.\n",
                         result.error_kind == ErrorKind::kPeak ? "the relative error of the peak"
                         : result.error_kind == ErrorKind::kFrequency

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "tetraction/simulation/probe.h"
+#include "tetraction/simulation/study_steps.h"
 
 namespace tetraction {
 namespace {
@@ -11,6 +12,29 @@ namespace {
 // Relative difference up to which two times count as equal. Multiples of different steps differ by
 // round-off.
 constexpr double kSameTime = 1e-9;
+
+// In the order of energy_columns().
+std::vector<double> energies_of(const Balance& balance) {
+  const Energies& energies = balance.energies();
+  std::vector<double> values{energies.kinetic(),        energies.elastic(),
+                             energies.environment(),    energies.total(),
+                             balance.external_work(),   balance.dissipated_energy(),
+                             balance.constraint_work(), balance.edit_work()};
+  for (std::size_t i = 0; i < energies.extra_count(); ++i)
+    values.push_back(energies.extra(i).value);
+  return values;
+}
+
+// Leaves each second sample.
+void thin(ProbeRecord& record) {
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < record.times.size(); i += 2, ++kept) {
+    record.times[kept] = record.times[i];
+    record.values[kept] = record.values[i];
+  }
+  record.times.resize(kept);
+  record.values.resize(kept);
+}
 
 }  // namespace
 
@@ -69,6 +93,16 @@ void MotionTrack::extrapolate(double share, const MotionTrack& coarser) {
   }
 }
 
+std::vector<std::string> energy_columns(const Energies& energies) {
+  std::vector<std::string> names{"kinetic_energy",  "elastic_energy", "environment_energy",
+                                 "total_energy",    "external_work",  "dissipated_energy",
+                                 "constraint_work", "edit_work"};
+  for (std::size_t i = 0; i < energies.extra_count(); ++i) {
+    names.push_back(energies.extra(i).name + "_energy");
+  }
+  return names;
+}
+
 std::size_t track_times(Index dof_count) {
   constexpr double kMostBytes = 64e6;
   const double room = kMostBytes / (8.0 * static_cast<double>(dof_count));
@@ -100,8 +134,13 @@ void MotionRecorder::on_start(const Session& session) {
   for (const ProbeColumns& probe : session.probes().probes()) {
     track_.probes.push_back({probe.name, probe.size(), {}, {}});
   }
+  energy_stride_ = 1;
+  for (const std::string& name : energy_columns(session.balance().energies())) {
+    track_.probes.push_back({ErrorMeasure{ErrorKind::kEnergy, name}.series(), 1, {}, {}});
+  }
   probe_values_.resize(session.probes().value_count());
   record_probes(session, true);
+  record_energies(session, true);
   keep_state(session);
 }
 
@@ -123,14 +162,18 @@ bool MotionRecorder::on_step(const Session& session) {
                                h * s * r * (r * velocity_ - s * velocity));
   }
   keep_state(session);
-  record_probes(session, session.status() != RunStatus::kRunning);
+  const bool is_last = session.status() != RunStatus::kRunning;
+  record_probes(session, is_last);
+  record_energies(session, is_last);
   return true;
 }
 
-// Only the state before a step that passes a time of the track is needed.
+// Only the state before a step that passes a time of the track is needed. The size of adaptive steps is not known.
 void MotionRecorder::keep_state(const Session& session) {
   const State& state = session.present_state();
-  if (track_.is_whole() || next_time() > state.time + 2.0 * session.time_step()) return;
+  if (track_.is_whole()) return;
+  const bool is_fixed = !session.may_repeat_steps();
+  if (is_fixed && next_time() > state.time + 2.0 * session.time_step()) return;
   time_ = state.time;
   position_ = state.position;
   velocity_ = inverse_mass_.cwiseProduct(state.momentum);
@@ -138,7 +181,7 @@ void MotionRecorder::keep_state(const Session& session) {
 
 void MotionRecorder::record_probes(const Session& session, bool all) {
   const ProbeSet& probes = session.probes();
-  for (std::size_t i = 0; i < track_.probes.size(); ++i) {
+  for (std::size_t i = 0; i < probes.probes().size(); ++i) {
     if (!all && !probes.is_due(i, session.step_number())) continue;
     const ProbeColumns& columns = probes.probes()[i];
     probes.evaluate(i, session, probe_values_.data());
@@ -148,6 +191,21 @@ void MotionRecorder::record_probes(const Session& session, bool all) {
     record.values.insert(record.values.end(), first,
                          first + static_cast<std::ptrdiff_t>(columns.size()));
   }
+}
+
+void MotionRecorder::record_energies(const Session& session, bool all) {
+  constexpr std::size_t kMostSamples = 10000;
+  if (!all && session.step_number() % energy_stride_ != 0) return;
+  const std::vector<double> values = energies_of(session.balance());
+  const std::size_t first = session.probes().probes().size();
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    ProbeRecord& record = track_.probes[first + i];
+    record.times.push_back(session.time());
+    record.values.push_back(values[i]);
+  }
+  if (all || track_.probes[first].times.size() <= kMostSamples) return;
+  for (std::size_t i = 0; i < values.size(); ++i) thin(track_.probes[first + i]);
+  energy_stride_ *= 2;
 }
 
 }  // namespace tetraction

@@ -8,6 +8,8 @@
 #include <string>
 #include <utility>
 
+#include "series_errors.h"
+
 namespace tetraction {
 namespace {
 
@@ -100,12 +102,13 @@ Inexactness inexactness(const StudyRow& row) {
 }
 
 ExtrapolatedReference extrapolate_reference(
-    Integrator integrator, double step, const Inexactness& inexact, const std::string& probe,
+    Integrator integrator, double step, const Inexactness& inexact, const ErrorMeasure& probe,
     const std::array<std::shared_ptr<const MotionTrack>, 3>& tracks) {
   const int p = order(integrator);
   const double share = 1.0 / (std::pow(2.0, p) - 1.0);
-  const std::array<const ProbeRecord*, 3> probes{tracks[0]->probe(probe), tracks[1]->probe(probe),
-                                                 tracks[2]->probe(probe)};
+  const std::array<const ProbeRecord*, 3> probes{tracks[0]->probe(probe.series()),
+                                                 tracks[1]->probe(probe.series()),
+                                                 tracks[2]->probe(probe.series())};
   const bool has_probe = probes[2] != nullptr;
 
   const Differences at_end =
@@ -123,7 +126,7 @@ ExtrapolatedReference extrapolate_reference(
 
   const MotionTrack& finest = *tracks[2];
   const TrackScales finest_scales = scales_of(finest);
-  const double finest_probe = has_probe ? probes[2]->largest() : 0.0;
+  const double finest_probe = has_probe ? series_scale(probe, finest) : 0.0;
   // What is inexact in the motion may be anywhere in it at the end. Positions are rounded, not
   // displacements.
   const double scale = std::max(finest_scales.at_end, finest_scales.over_time);
@@ -178,7 +181,7 @@ ExtrapolatedReference extrapolate_reference(
   result.error_over_time = error_of(over_time, result.is_valid, result.is_exact, scales.over_time);
   if (has_probe) {
     result.error_of_probe = error_of(of_probe, result.probe_is_valid, result.probe_is_exact,
-                                     made.motion->probe(probe)->largest());
+                                     series_scale(probe, *made.motion));
   }
   if (result.is_valid) {
     result.finest_error_at_end = (finest.last() - made.motion->last()).norm() / scales.at_end;

@@ -27,10 +27,10 @@ struct ExtrapolatedReference {
 };
 
 /// Extrapolates runs of `integrator` with the steps 2h, h and h/2 that have reached the end, as
-/// ReferenceExtrapolation says. `step` is h, `probe` the name of the error probe or empty. `inexact` is that of
+/// ReferenceExtrapolation says. `step` is h, `probe` the error probe, without a name if there is none. `inexact` is that of
 /// the least exact of the runs.
 ExtrapolatedReference extrapolate_reference(
-    Integrator integrator, double step, const Inexactness& inexact, const std::string& probe,
+    Integrator integrator, double step, const Inexactness& inexact, const ErrorMeasure& probe,
     const std::array<std::shared_ptr<const MotionTrack>, 3>& tracks);
 
 }  // namespace tetraction

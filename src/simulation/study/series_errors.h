@@ -12,7 +12,18 @@ namespace tetraction {
 ///   the reference are interpolated linearly;
 /// - kPeak: |max|s| − max|s_ref||, over max|s_ref|;
 /// - kFrequency: |f − f_ref|, over f_ref, with dominant_frequency() of the component that varies most in the
-///   reference.
+///   reference;
+/// - kEnergy: the largest |E − E_ref| as for kProbe, over the largest |E_ref − E_ref(0)|, which do not
+///   depend on where a potential energy is zero. If the reference is constant, over the largest |E_ref|.
 double series_error(ErrorKind kind, const ProbeRecord& run, const ProbeRecord& reference);
+
+/// The same of the values that the measure names in two tracks; NaN if one of them has none. The divisor of
+/// `total_energy`, which hardly changes in a body without losses, is at least those of its kinetic, elastic and
+/// environment energies.
+double series_error(const ErrorMeasure& measure, const MotionTrack& run,
+                    const MotionTrack& reference);
+
+/// The divisor of that error for kProbe, kPeak and kEnergy. 0 without values.
+double series_scale(const ErrorMeasure& measure, const MotionTrack& reference);
 
 }  // namespace tetraction

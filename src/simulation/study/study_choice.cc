@@ -21,11 +21,11 @@ constexpr double kShareOfReference = 0.4;
 SearchedRule searched(const RuleQuestion& question, const StepQuestion& of) {
   SearchedRule rule;
   rule.name = to_string(question.rule);
-  rule.order = order(question.rule);
+  rule.order = order(question.rule.integrator);
   rule.seconds_per_step = question.seconds_per_step;
   const double steps = of.period > 0.0 ? kStepsOfPeriod * of.end / of.period : kStepsWithoutPeriod;
   rule.first = static_cast<Index>(std::clamp(steps, 5.0, 1e9));
-  if (!is_implicit(question.rule) && question.stable_step > 0.0) {
+  if (!is_implicit(question.rule.integrator) && question.stable_step > 0.0) {
     rule.fewest = static_cast<Index>(
         std::clamp(std::ceil(of.end / question.stable_step * (1.0 - 1e-9)), 1.0, 1e15));
     rule.first = rule.fewest;
@@ -48,6 +48,7 @@ class Choice {
       }
     }
     if (!reference_) add_first_steps();
+    add_adaptive_runs();
     find_stable_steps();
     collect();
     return std::move(choice_);
@@ -59,21 +60,27 @@ class Choice {
   double step(Index n) const { return question_.end / static_cast<double>(n); }
 
   // A run of a rule with n steps, which stays in memory as long as there are trials.
-  const TrackedRun& run(Integrator rule, double step) {
-    const auto key = std::pair(rule, step);
-    const auto found = runs_.find(key);
-    if (found != runs_.end()) return found->second;
-    TrackedRun& made = runs_[key];
-    if (!choice_.is_stopped) made = make_(rule, step);
+  const TrackedRun& run(const StudyRule& rule, double step) {
+    const auto [place, is_new] = runs_.try_emplace({rule, step});
+    TrackedRun& made = place->second;
+    if (is_new && !choice_.is_stopped) made = make_(rule, step);
     if (made.is_stopped) choice_.is_stopped = true;
     return made;
   }
 
+  // The trial with n steps of a rule, whose error is not known yet.
+  Trial trial(const StudyRule& rule, Index n) {
+    const TrackedRun& made = run(rule, step(n));
+    return {std::nan(""), made.seconds, made.track == nullptr};
+  }
+
+  // Whether the program chooses steps of the rule by their errors.
+  static bool has_ladder(const RuleQuestion& rule) { return rule.asked.has_ladder && !rule.adapts; }
+
   void choose_reference() {
-    const RuleQuestion& first = question_.references.front();
-    choice_.reference = first.rule;
+    choice_.reference = question_.references.front().rule.integrator;
     if (question_.reference_step) {
-      const TrackedRun& made = run(first.rule, *question_.reference_step);
+      const TrackedRun& made = run(choice_.reference, *question_.reference_step);
       budget_.spend(made.seconds);
       reference_ = made.track;
       choice_.reference_step = reference_ ? *question_.reference_step : 0.0;
@@ -85,17 +92,17 @@ class Choice {
     }
     const double goal = 0.1 * question_.target.value_or(question_.ladder.fine);
     const auto measure = [&](std::size_t index, Index n) {
-      const Integrator rule = question_.references[index].rule;
-      const TrackedRun made = run(rule, step(n));
-      Trial trial{std::nan(""), made.seconds, made.track == nullptr};
+      const StudyRule& rule = question_.references[index].rule;
+      Trial made = trial(rule, n);
       const auto half = runs_.find({rule, question_.end / (0.5 * static_cast<double>(n))});
-      if (made.track && half != runs_.end() && half->second.track) {
-        trial.error = relative_error(*half->second.track, *made.track, question_.error);
+      if (!made.failed && half != runs_.end() && half->second.track) {
+        made.error =
+            relative_error(*half->second.track, *run(rule, step(n)).track, question_.error);
       }
-      return trial;
+      return made;
     };
     const ChosenReference found = find_reference(rules, goal, kShareOfReference, budget_, measure);
-    choice_.reference = question_.references[found.rule].rule;
+    choice_.reference = question_.references[found.rule].rule.integrator;
     if (found.n == 0) {
       choice_.remarks.push_back(fmt::format(
           "no run of {} reached the end within the budget, so that there is no reference",
@@ -116,22 +123,22 @@ class Choice {
     }
   }
 
-  Trial measure(Integrator rule, Index n) {
-    const TrackedRun& made = run(rule, step(n));
-    Trial trial{std::nan(""), made.seconds, made.track == nullptr};
-    if (made.track == reference_) {
-      trial.error = choice_.reference_error;
-    } else if (made.track) {
-      trial.error = relative_error(*made.track, *reference_, question_.error);
+  Trial measure(const StudyRule& rule, Index n) {
+    Trial made = trial(rule, n);
+    const Track& track = run(rule, step(n)).track;
+    if (track == reference_) {
+      made.error = choice_.reference_error;
+    } else if (track) {
+      made.error = relative_error(*track, *reference_, question_.error);
     }
-    return trial;
+    return made;
   }
 
   void make_ladders() {
     std::vector<SearchedRule> rules;
     std::vector<std::size_t> places;
     for (std::size_t i = 0; i < question_.rules.size(); ++i) {
-      if (!question_.rules[i].asked.has_ladder) continue;
+      if (!has_ladder(question_.rules[i])) continue;
       rules.push_back(searched(question_.rules[i], question_));
       places.push_back(i);
     }
@@ -140,7 +147,7 @@ class Choice {
         [&](std::size_t i, Index n) { return measure(question_.rules[places[i]].rule, n); });
     for (std::size_t i = 0; i < ladders.size(); ++i) {
       // A step that is finer than that of the reference has nothing to be compared with.
-      const bool is_own = question_.rules[places[i]].rule == choice_.reference;
+      const bool is_own = question_.rules[places[i]].rule.integrator == choice_.reference;
       const double finest = is_own ? choice_.reference_step : 0.0;
       for (const Rung& rung : ladders[i].rungs) {
         chosen_[places[i]].insert(std::max(step(rung.n), finest));
@@ -156,6 +163,7 @@ class Choice {
     const double goal = *question_.target - std::min(1.1 * error, 0.5 * *question_.target);
     for (std::size_t i = 0; i < question_.rules.size() && !choice_.is_stopped; ++i) {
       const RuleQuestion& rule = question_.rules[i];
+      if (rule.adapts) continue;
       targets_[i] = find_target_step(searched(rule, question_), i, goal, budget_,
                                      [&](std::size_t, Index n) { return measure(rule.rule, n); });
       for (const auto& made : targets_[i].runs) chosen_[i].insert(step(made.first));
@@ -166,9 +174,18 @@ class Choice {
   void add_first_steps() {
     for (std::size_t i = 0; i < question_.rules.size(); ++i) {
       const RuleQuestion& rule = question_.rules[i];
-      if (!rule.asked.has_ladder) continue;
+      if (!has_ladder(rule)) continue;
       const Index n = searched(rule, question_).first;
       chosen_[i] = {step(n), step(2 * n)};
+    }
+  }
+
+  // A rule that adapts its steps has about the same error whatever its first one is: one run of it is enough.
+  void add_adaptive_runs() {
+    for (std::size_t i = 0; i < question_.rules.size(); ++i) {
+      const RuleQuestion& rule = question_.rules[i];
+      if (!rule.asked.has_ladder || !rule.adapts) continue;
+      chosen_[i].insert(step(series_above(static_cast<double>(searched(rule, question_).first))));
     }
   }
 
@@ -178,15 +195,12 @@ class Choice {
     for (std::size_t i = 0; i < question_.rules.size() && !choice_.is_stopped; ++i) {
       const RuleQuestion& rule = question_.rules[i];
       const SearchedRule limit = searched(rule, question_);
-      const bool is_limited = !is_implicit(rule.rule) && limit.fewest > 1;
-      if (!is_limited) continue;
+      if (rule.adapts || is_implicit(rule.rule.integrator) || limit.fewest <= 1) continue;
       // There may be some ten runs.
       const double seconds = run_seconds(rule, limit.fewest);
       if (!left.allows(5.0 * seconds)) continue;
-      stable_[i] = find_stable_step(limit.fewest, kAccuracy, left, [&](Index n) {
-        const TrackedRun& made = run(rule.rule, step(n));
-        return Trial{std::nan(""), made.seconds, made.track == nullptr};
-      });
+      stable_[i] = find_stable_step(limit.fewest, kAccuracy, left,
+                                    [&](Index n) { return trial(rule.rule, n); });
     }
     budget_.spend(left.spent());
   }
@@ -221,7 +235,7 @@ class Choice {
   const StepQuestion& question_;
   StudyBudget& budget_;
   const MakeTrackedRun& make_;
-  std::map<std::pair<Integrator, double>, TrackedRun> runs_;  // by rule and step
+  std::map<std::pair<StudyRule, double>, TrackedRun> runs_;  // by rule and step
   Track reference_;
   std::map<std::size_t, std::set<double>> chosen_;
   std::map<std::size_t, TargetStep> targets_;
@@ -236,9 +250,7 @@ double relative_error(const MotionTrack& run, const MotionTrack& reference,
   if (measure.kind == ErrorKind::kPositions) {
     return (run.last() - reference.last()).norm() / scales_of(reference).at_end;
   }
-  const ProbeRecord* own = run.probe(measure.name);
-  const ProbeRecord* exact = reference.probe(measure.name);
-  return own && exact ? series_error(measure.kind, *own, *exact) : std::nan("");
+  return series_error(measure, run, reference);
 }
 
 StepChoice choose_steps(const StepQuestion& question, StudyBudget& budget,

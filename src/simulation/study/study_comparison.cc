@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "reference_extrapolation.h"
+#include "run_scene.h"
 #include "series_errors.h"
 #include "tetraction/simulation/study.h"
 
@@ -95,13 +96,9 @@ class Comparison {
 
  private:
   bool has_probe() const { return !plan_.error_probe.empty(); }
-  const ProbeRecord* probe_of(const MotionTrack& track) const {
-    return has_probe() ? track.probe(plan_.error_probe) : nullptr;
-  }
   // How the error probe of a motion differs from that of another one; NaN without a probe.
   double probe_difference(const MotionTrack& motion, const MotionTrack& exact) const {
-    const ProbeRecord* probe = probe_of(motion);
-    return probe != nullptr ? series_error(plan_.error_kind, *probe, *probe_of(exact)) : kNone;
+    return has_probe() ? series_error(plan_.error_series(), motion, exact) : kNone;
   }
   // The error that orders are computed from.
   double error_of(const StudyRow& row) const {
@@ -179,13 +176,13 @@ class Comparison {
       reference.extrapolation = found;
       return;
     }
-    ExtrapolatedReference made =
-        extrapolate_reference(middle.integrator, middle.step, inexact, plan_.error_probe, tracks);
+    ExtrapolatedReference made = extrapolate_reference(middle.integrator, middle.step, inexact,
+                                                       plan_.error_series(), tracks);
     // Between the steps of the finest run its probe is interpolated.
-    const ProbeRecord* probe = probe_of(*made.motion);
-    const double largest = probe != nullptr ? probe->largest() : 0.0;
-    if (largest > 0.0 && !are_multiples(plan_.runs, plan_.finest_run(planned).step)) {
-      made.result.error_of_probe += probe->interpolation_error() / largest;
+    const double scale = has_probe() ? series_scale(plan_.error_series(), *made.motion) : 0.0;
+    if (scale > 0.0 && !are_multiples(plan_.runs, plan_.finest_run(planned).step)) {
+      const ProbeRecord& probe = *made.motion->probe(plan_.error_series().series());
+      made.result.error_of_probe += probe.interpolation_error() / scale;
     }
     reference.extrapolation = std::move(made.result);
     reference.motion = std::move(made.motion);
@@ -219,7 +216,9 @@ class Comparison {
       };
       if (!found.is_valid) add("", found.reason);
       if (has_probe() && !found.probe_is_valid && found.probe_reason != found.reason) {
-        add(" of the probe " + plan_.error_probe, found.probe_reason);
+        add(plan_.error_kind == ErrorKind::kEnergy ? " of " + plan_.error_probe
+                                                   : " of the probe " + plan_.error_probe,
+            found.probe_reason);
       }
     }
     result_.references.push_back(std::move(entry));
@@ -258,7 +257,7 @@ class Comparison {
       StudyRow& row = *rows_[i];
       set_errors(row, *track, reference);
       if (!is_in_sequence(run, index)) continue;
-      if (finer != nullptr && finer->integrator == row.integrator) {
+      if (finer != nullptr && is_of_same_rule(*finer, row)) {
         const double error = error_of(*finer);
         if (error > 0.0 && error < closest.error) {
           closest = {finer, &row, error, difference_of(*finer_track, *track, reference)};
@@ -270,10 +269,16 @@ class Comparison {
     return closest;
   }
 
-  // Whether a run is one of the steps of a rule that are compared with each other.
+  // Whether a run is one of the steps of a rule that are compared with each other. A rule that adapts its steps has
+  // none.
   bool is_in_sequence(const PlannedRun& run, std::size_t reference) const {
     return run.role == StudyRole::kRun && !run.compares_solver &&
-           run.variant == plan_.references[reference].variant;
+           run.variant == plan_.references[reference].variant &&
+           (run.settings.empty() || scene_of(plan_, run).time.adapt == StepAdaptation::kNone);
+  }
+
+  static bool is_of_same_rule(const StudyRow& a, const StudyRow& b) {
+    return a.integrator == b.integrator && a.settings == b.settings;
   }
 
   void set_errors(StudyRow& row, const MotionTrack& track, const Reference& reference) const {
@@ -313,9 +318,7 @@ class Comparison {
       if (!rows_[i] || !is_in_sequence(plan_.runs[i], index)) continue;
       StudyRow& row = *rows_[i];
       const StudyRow* before = std::exchange(finer, &row);
-      if (before == nullptr || before->integrator != row.integrator || before->is_reference) {
-        continue;
-      }
+      if (before == nullptr || !is_of_same_rule(*before, row) || before->is_reference) continue;
       const bool is_of_family = is_run && row.integrator == result_.reference_integrator;
       if (!is_of_family && error_of(*before) < kAboveReference * reference_error) continue;
       row.observed_order = observed_order(before->step, error_of(*before), row.step, error_of(row),
@@ -355,7 +358,7 @@ class Comparison {
     const PlannedRun& finest = plan_.finest_run(plan_.references[index]);
     for (std::size_t i = 0; i < plan_.runs.size(); ++i) {
       const PlannedRun& run = plan_.runs[i];
-      if (!rows_[i] || run.variant != finest.variant || run.integrator != finest.integrator ||
+      if (!rows_[i] || run.variant != finest.variant || run.rule() != finest.rule() ||
           run.step <= finest.step || !(error_of(*rows_[i]) > 0.0)) {
         continue;
       }

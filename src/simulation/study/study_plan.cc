@@ -11,19 +11,16 @@
 
 #include "core/quoting.h"
 #include "core/spelling.h"
+#include "run_scene.h"
 #include "simulation/scene/initial_state.h"
 #include "simulation/scene/setting_keys.h"
 #include "simulation/stepping/step_count.h"
 #include "tetraction/core/error.h"
+#include "tetraction/dynamics/body_sums.h"
 #include "tetraction/simulation/study.h"
 
 namespace tetraction {
 namespace {
-
-// The step nearest to h that divides `end`, for steps that the user did not choose.
-double dividing_step(double h, double end) {
-  return end / std::max(1.0, std::round(end / h));
-}
 
 // `what` names the step in messages.
 double checked_step(double step, double end, const std::string& what) {
@@ -53,9 +50,9 @@ void check_scenes(const std::vector<StudyVariant>& variants) {
     if (adapt == StepAdaptation::kNone) continue;
     throw InputError(
         fmt::format("time.adapt = \"{}\" chooses the steps, and a study compares steps that are "
-                    "given: leave time.adapt out (--set time.adapt=none), or compare the summaries "
-                    "of runs with other values of time.tolerance.",
-                    to_string(adapt)));
+                    "given: leave time.adapt out (--set time.adapt=none), and make a rule of it: "
+                    "--rule midpoint:time.adapt={}.",
+                    to_string(adapt), to_string(adapt)));
   }
   for (const StudyVariant& variant : variants) {
     for (const EventSettings& event : variant.scene.event) {
@@ -67,24 +64,6 @@ void check_scenes(const std::vector<StudyVariant>& variants) {
       }
     }
   }
-}
-
-// Sorts the steps and removes repeats.
-std::vector<double> steps_of(const StudySettings& settings, double stable_step, double end) {
-  std::vector<double> wanted = settings.steps;
-  if (wanted.empty()) {
-    for (const double factor : {0.25, 0.5, 2.0, 8.0, 32.0}) {
-      const double step = factor * stable_step;
-      if (step <= end) wanted.push_back(dividing_step(step, end));
-    }
-  }
-  if (wanted.empty()) {
-    throw InputError("The end time is shorter than the stable step: make time.end larger.");
-  }
-  for (const double step : wanted) checked_step(step, end, "A step of the study");
-  std::sort(wanted.begin(), wanted.end());
-  wanted.erase(std::unique(wanted.begin(), wanted.end()), wanted.end());
-  return wanted;
 }
 
 const ProbeSettings& error_probe_of(const StudyVariant& variant, const std::string& name) {
@@ -100,9 +79,15 @@ const ProbeSettings& error_probe_of(const StudyVariant& variant, const std::stri
       names.empty() ? "add a [[probe]]." : advice(name, names)));
 }
 
-// All variants must have the probe, and its values must be comparable.
-void check_error_probe(const StudyPlan& plan) {
+// All variants must have the probe, and its values must be comparable. An energy must be one of `energies`.
+void check_error_probe(const StudyPlan& plan, const std::vector<std::string>& energies) {
   if (plan.error_probe.empty()) return;
+  if (plan.error_kind == ErrorKind::kEnergy) {
+    if (std::count(energies.begin(), energies.end(), plan.error_probe) > 0) return;
+    throw InputError(fmt::format(
+        "--error {}: history.csv has no energy of that name: {}", to_string(plan.error_series()),
+        advice(plan.error_probe, NameList(energies.begin(), energies.end()))));
+  }
   const StudyVariant& first = plan.variants.front();
   const ProbeQuantity quantity = error_probe_of(first, plan.error_probe).quantity;
   for (const StudyVariant& variant : plan.variants) {
@@ -135,7 +120,7 @@ void add_comparison(StudyPlan& plan, PlannedRun run, const SolverComparison& wan
         solver.kind, wanted.step));
   }
   solver.kind = wanted.solver;
-  solver.linear = LinearSolver::kAuto;
+  solver.linear = LinearSolver::kAuto;  // as in scene_of()
   check_settings(solver);
   checked_step(wanted.step, plan.end, fmt::format("The step at which {} is compared", solver.kind));
   run.solver = wanted.solver;
@@ -163,7 +148,7 @@ std::optional<double> second_step(const StudyPlan& plan, Integrator integrator, 
 
 // Whether a run of the study tells the error of this reference.
 bool tells_the_error(const StudyPlan& plan, const PlannedRun& run, const PlannedRun& reference) {
-  return run.variant == reference.variant && run.integrator == reference.integrator &&
+  return run.variant == reference.variant && run.rule() == reference.rule() &&
          run.step > reference.step && (is_implicit(run.integrator) || run.step <= plan.stable_step);
 }
 
@@ -198,10 +183,10 @@ void add_references(StudyPlan& plan, const StudySettings& settings, double fines
     }
   }
 
-  std::map<std::pair<std::size_t, Integrator>, std::size_t> blocks;  // in their order
+  std::map<std::pair<std::size_t, StudyRule>, std::size_t> blocks;  // in their order
   for (std::size_t i = 0; i < plan.runs.size(); ++i) {
     PlannedRun& run = plan.runs[i];
-    blocks.emplace(std::make_pair(run.variant, run.integrator), i);
+    blocks.emplace(std::make_pair(run.variant, run.rule()), i);
     const bool is_trial = run.role == StudyRole::kTrial;
     if (i >= asked || (is_trial && serves.contains(run.directory))) {
       run.role = StudyRole::kReference;
@@ -211,8 +196,8 @@ void add_references(StudyPlan& plan, const StudySettings& settings, double fines
     }
   }
   const auto place = [&](const PlannedRun& run) {
-    return std::make_tuple(run.variant, blocks.at({run.variant, run.integrator}),
-                           run.compares_solver, run.compares_solver ? 0.0 : run.step);
+    return std::make_tuple(run.variant, blocks.at({run.variant, run.rule()}), run.compares_solver,
+                           run.compares_solver ? 0.0 : run.step);
   };
   std::stable_sort(plan.runs.begin(), plan.runs.end(),
                    [&](const PlannedRun& a, const PlannedRun& b) { return place(a) < place(b); });
@@ -238,10 +223,7 @@ void check_solvers(const StudyPlan& plan, const TetMesh& mesh) {
           make_system(scene, mesh_of(plan.variants[variant], mesh));
       for (const PlannedRun& run : plan.runs) {
         if (run.variant != variant) continue;
-        SolverSettings solver = scene.solver;
-        if (!run.solver.empty()) solver.kind = run.solver;
-        if (run.compares_solver) solver.linear = LinearSolver::kAuto;
-        check_solver(run.integrator, solver, *system);
+        check_solver(run.integrator, scene_of(plan, run).solver, *system);
       }
     } catch (const InputError& error) {
       const std::string& name = plan.variants[variant].name;
@@ -292,18 +274,21 @@ void group_variants(StudyPlan& plan, const TetMesh& mesh) {
 
 }  // namespace
 
-PlannedRun planned_run(const StudyPlan& plan, std::size_t variant, Integrator integrator,
+PlannedRun planned_run(const StudyPlan& plan, std::size_t variant, const StudyRule& rule,
                        double step) {
   const StudyVariant& scene = plan.variants[variant];
   PlannedRun run;
   run.variant = variant;
-  run.integrator = integrator;
+  run.integrator = rule.integrator;
   run.step = step;
-  if (is_implicit(integrator)) run.solver = scene.scene.solver.kind;
-  if (needs_root_finder(integrator)) run.solver = "newton";  // others minimise
-  const std::string& folder = scene.folder.empty() ? scene.name : scene.folder;
-  run.directory =
-      fmt::format("{}{}{}-{:.10g}", folder, folder.empty() ? "" : "-", to_string(integrator), step);
+  run.settings = rule.settings;
+  if (is_implicit(rule.integrator)) run.solver = scene_of(plan, run).solver.kind;
+  if (needs_root_finder(rule.integrator)) run.solver = "newton";  // others minimise
+  std::string folder = scene.folder.empty() ? scene.name : scene.folder;
+  if (!folder.empty()) folder += '-';
+  folder += to_string(rule.integrator);
+  if (!rule.settings.empty()) folder += "-" + folder_name(rule);
+  run.directory = fmt::format("{}-{:.10g}", folder, step);
   return run;
 }
 
@@ -347,13 +332,15 @@ StudyPlan begin_plan(const Scene& scene, const TetMesh& mesh, const StudySetting
         "--reference "
         "richardson out, or compare the values of the probe over time (--error probe.NAME).");
   }
-  check_error_probe(plan);
   const Scene& first = plan.variants.front().scene;
   plan.end = first.time.end;
   const std::unique_ptr<MechanicalSystem> system =
       make_system(first, mesh_of(plan.variants.front(), mesh));
   plan.probes = ProbeSet(first.probe, *system).probes();
   const State initial = make_initial_state(first, *system);
+  Energies energies;
+  evaluate_energies(*system, initial, energies);
+  check_error_probe(plan, energy_columns(energies));
   plan.stable_step = stability_limit(*system, initial.position).critical_step;
   return plan;
 }
@@ -362,14 +349,19 @@ StudyPlan plan_study(const Scene& scene, const TetMesh& mesh, const StudySetting
   StudyPlan plan = begin_plan(scene, mesh, settings);
   std::vector<RuleSteps> rules = settings.rule_steps;
   if (rules.empty()) {
-    const std::vector<double> steps = steps_of(settings, plan.stable_step, plan.end);
     for (const Integrator integrator :
          settings.integrators.empty() ? all_integrators() : settings.integrators) {
-      rules.push_back({integrator, steps});
+      rules.push_back({integrator, settings.steps});
     }
   }
+  for (RuleSteps& rule : rules) {
+    check_settings_of(rule.rule());
+    std::sort(rule.settings.begin(), rule.settings.end());
+    std::sort(rule.steps.begin(), rule.steps.end());
+  }
   const auto implicit = std::find_if(rules.begin(), rules.end(), [](const RuleSteps& rule) {
-    return is_implicit(rule.integrator) && !needs_root_finder(rule.integrator);
+    return is_implicit(rule.integrator) && !needs_root_finder(rule.integrator) &&
+           rule.settings.empty();
   });
   if (!settings.solver_comparisons.empty() && implicit == rules.end()) {
     throw InputError(
@@ -384,11 +376,11 @@ StudyPlan plan_study(const Scene& scene, const TetMesh& mesh, const StudySetting
       for (const double step : rule->steps) {
         checked_step(step, plan.end, "A step of the study");
         finest = std::min(finest, step);
-        add_run(plan, planned_run(plan, variant, rule->integrator, step));
+        add_run(plan, planned_run(plan, variant, rule->rule(), step));
       }
       if (variant > 0) continue;
       for (const double step : rule->trials) {
-        PlannedRun run = planned_run(plan, variant, rule->integrator, step);
+        PlannedRun run = planned_run(plan, variant, rule->rule(), step);
         run.role = StudyRole::kTrial;
         add_run(plan, std::move(run));
       }

@@ -3,7 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <memory>
 #include <optional>
+#include <string>
 #include <utility>
 
 #include "run_scene.h"
@@ -40,75 +43,84 @@ class Questioner {
       : frame_(frame),
         scene_(frame.variants.front().scene),
         mesh_(frame.variants.front().mesh ? *frame.variants.front().mesh : mesh),
-        requests_(requests) {
-    question_.end = frame.end;
-    question_.error = requests.error;
-    question_.target = requests.target;
-    scales_ = {frame.end, frame.stable_step, [this] { return required_period(); }};
-  }
+        requests_(requests),
+        scales_{frame.end, frame.stable_step, [this] { return required_period(); }} {}
 
   StepQuestion question(const StudySettings& settings) {
+    StepQuestion question;
+    question.end = frame_.end;
+    question.error = requests_.error;
+    question.target = requests_.target;
     for (std::size_t i = 0; i < requests_.rules.size(); ++i) {
-      question_.rules.push_back(about(requests_.rules[i], requests_.steps[i]));
+      question.rules.push_back(about(requests_.rules[i], requests_.steps[i]));
     }
-    if (!chooses_steps(requests_)) return std::move(question_);
+    if (!chooses_steps(requests_)) return question;
     if (!std::isfinite(scales_.stable_step)) {
       throw InputError(
           "No steps can be chosen, because nothing in this scene limits the explicit rules, as "
           "where "
           "every vertex is held. Leave vertices free, or give --steps.");
     }
-    question_.period = period().period;
-    question_.reference_step = settings.reference_step;
+    question.period = period().period;
+    question.reference_step = settings.reference_step;
     // The explicit rule of second order is the cheapest one where it is not too slow.
     std::vector<Integrator> references{Integrator::kVerlet, Integrator::kMidpoint};
+    if (settings.reference_step) references = {Integrator::kMidpoint};
     if (requests_.reference_integrator) references = {*requests_.reference_integrator};
-    if (settings.reference_step && !requests_.reference_integrator)
-      references.erase(references.begin());
     for (const Integrator integrator : references) {
-      question_.references.push_back(about(integrator, {}));
+      question.references.push_back(about(integrator, {}));
     }
-    for (RuleQuestion& rule : question_.rules) set_time(rule);
-    for (RuleQuestion& rule : question_.references) set_time(rule);
-    return std::move(question_);
+    for (auto* rules : {&question.rules, &question.references}) {
+      for (RuleQuestion& rule : *rules) set_time(rule);
+    }
+    return question;
   }
 
+  const std::map<Integrator, double>& seconds_per_step() const { return seconds_per_step_; }
+
  private:
-  RuleQuestion about(Integrator rule, const std::vector<StepRequest>& steps) {
+  RuleQuestion about(const StudyRule& rule, const std::vector<StepRequest>& steps) {
+    check_settings_of(rule);
     RuleQuestion question;
     question.rule = rule;
     question.stable_step = scales_.stable_step;
+    question.adapts = scene_of(frame_, planned_run(frame_, 0, rule, frame_.end)).time.adapt !=
+                      StepAdaptation::kNone;
     const bool needs_limit = requests_.target || steps.empty() ||
                              std::any_of(steps.begin(), steps.end(), [](const StepRequest& step) {
                                return step.unit == StepUnit::kAuto;
                              });
-    if (needs_limit && rule == Integrator::kVerlet) question.stable_step = verlet_limit();
-    question.asked = resolve_steps(steps, rule, question.stable_step, scales_);
+    if (needs_limit && rule.integrator == Integrator::kVerlet) {
+      const State start = make_initial_state(scene_, system());
+      question.stable_step =
+          stability_limit(system(), start.position, Integrator::kVerlet).critical_step;
+    }
+    question.asked = resolve_steps(steps, rule.integrator, question.stable_step, scales_);
     return question;
   }
 
   // Explicit rules are timed, because their first runs may be long.
-  void set_time(RuleQuestion& rule) const {
-    if (is_implicit(rule.rule) || !std::isfinite(rule.stable_step)) return;
-    const double step = std::min(question_.end, rule.stable_step);
-    rule.seconds_per_step =
-        time_steps(scene_of(frame_, planned_run(frame_, 0, rule.rule, step)), mesh_);
+  void set_time(RuleQuestion& rule) {
+    const Integrator integrator = rule.rule.integrator;
+    if (is_implicit(integrator) || rule.adapts || !std::isfinite(rule.stable_step)) return;
+    const auto known = requests_.seconds_per_step.find(integrator);
+    const auto [place, is_new] = seconds_per_step_.try_emplace(integrator);
+    if (known != requests_.seconds_per_step.end()) {
+      place->second = known->second;
+    } else if (is_new) {
+      const double step = std::min(frame_.end, rule.stable_step);
+      place->second = time_steps(scene_of(frame_, planned_run(frame_, 0, integrator, step)), mesh_);
+    }
+    rule.seconds_per_step = place->second;
   }
 
-  double verlet_limit() {
-    if (!verlet_limit_) {
-      const auto system = make_system(scene_, mesh_);
-      const State start = make_initial_state(scene_, *system);
-      verlet_limit_ = stability_limit(*system, start.position, Integrator::kVerlet).critical_step;
-    }
-    return *verlet_limit_;
+  MechanicalSystem& system() {
+    if (!system_) system_ = make_system(scene_, mesh_);
+    return *system_;
   }
 
   const ExcitedPeriod& period() {
-    if (!period_) {
-      const auto system = make_system(scene_, mesh_);
-      period_ = excited_period(scene_, *system);
-    }
+    if (!period_) period_ = excited_period(scene_, system());
     return *period_;
   }
 
@@ -125,9 +137,9 @@ class Questioner {
   const TetMesh& mesh_;
   const StudyRequests& requests_;
   StepScales scales_;
-  StepQuestion question_;
-  std::optional<double> verlet_limit_;
+  std::unique_ptr<MechanicalSystem> system_;
   std::optional<ExcitedPeriod> period_;
+  std::map<Integrator, double> seconds_per_step_;
 };
 
 }  // namespace
@@ -147,32 +159,39 @@ ChosenStudy choose_study(const StudyPlan& frame, const TetMesh& mesh, StudySetti
   ChosenStudy chosen{std::move(settings), {}, {}};
   StudySettings& result = chosen.settings;
   result.reference_integrator = requests.reference_integrator.value_or(Integrator::kMidpoint);
+  const auto add_steps = [](StudySettings& to, const StudyRule& rule, std::vector<double> steps,
+                            std::vector<double> trials = {}) {
+    to.rule_steps.push_back({rule.integrator, std::move(steps), std::move(trials), rule.settings});
+  };
   if (question.references.empty()) {
     for (const RuleQuestion& rule : question.rules) {
-      result.rule_steps.push_back({rule.rule, rule.asked.steps});
+      add_steps(result, rule.rule, rule.asked.steps);
     }
     return chosen;
   }
   // Mistakes in the settings are found before the first run.
   StudySettings checked = result;
-  for (const RuleQuestion& rule : question.rules) {
-    checked.rule_steps.push_back({rule.rule, {frame.end}});
-  }
+  for (const RuleQuestion& rule : question.rules) add_steps(checked, rule.rule, {frame.end});
   if (!checked.reference_step) checked.reference_step = 0.25 * frame.end;
   plan_study(frame.variants.front().scene, mesh, checked);
   // All variants are made with the steps that are chosen with the first one.
   StudyBudget budget(requests.budget / static_cast<double>(frame.variants.size()));
-  chosen.choice = choose_steps(question, budget, [&](Integrator rule, double step) {
+  chosen.choice = choose_steps(question, budget, [&](const StudyRule& rule, double step) {
     PlannedRun run = planned_run(frame, 0, rule, step);
     run.role = StudyRole::kTrial;
     return make(run);
   });
+  PlannedSteps& plan = chosen.plan.emplace();
+  plan.budget = requests.budget;
+  plan.seconds_per_step = questioner.seconds_per_step();
   for (std::size_t i = 0; i < question.rules.size(); ++i) {
-    const Integrator integrator = question.rules[i].rule;
+    const RuleQuestion& asked = question.rules[i];
     const RuleChoice& rule = chosen.choice.rules[i];
-    result.rule_steps.push_back({integrator, rule.steps, rule.trials});
+    add_steps(result, asked.rule, rule.steps, rule.trials);
+    plan.rules.push_back({asked.rule, rule.steps, rule.steps != asked.asked.steps});
     if (rule.target || rule.stable) {
-      chosen.findings.push_back({integrator, rule.target, rule.stable});
+      chosen.findings.push_back(
+          {asked.rule.integrator, rule.target, rule.stable, asked.rule.settings});
     }
   }
   if (has_choice_of_reference && chosen.choice.reference_step > 0.0) {
@@ -180,6 +199,57 @@ ChosenStudy choose_study(const StudyPlan& frame, const TetMesh& mesh, StudySetti
     result.reference_step = chosen.choice.reference_step;
   }
   return chosen;
+}
+
+StudyResult run_study(const Scene& scene, const TetMesh& mesh, StudySettings settings,
+                      const StudyRequests& requests, const ObserverFactory& observers,
+                      const StudyProgress& progress, int jobs) {
+  settings.rule_steps.clear();
+  settings.error_probe = requests.error.name;
+  if (requests.error.kind != ErrorKind::kPositions) settings.error_kind = requests.error.kind;
+  // The trials by their folders.
+  std::map<std::string, std::pair<StudyRow, std::shared_ptr<const MotionTrack>>> made;
+  const StudyMemory memory{
+      [&](const PlannedRun& run) {
+        const auto found = made.find(run.directory);
+        if (found == made.end()) return std::optional<StudyRow>();
+        found->second.first.role = run.role;
+        return std::optional(found->second.first);
+      },
+      [&](const PlannedRun& run, const StudyRow& row, const MotionTrack& track) {
+        made[run.directory] = {row, std::make_shared<const MotionTrack>(track)};
+      },
+      [&](const PlannedRun& run) { return made.at(run.directory).second; }};
+  const StudyPlan frame = begin_plan(scene, mesh, settings);
+  ChosenStudy chosen = choose_study(frame, mesh, settings, requests, [&](const PlannedRun& run) {
+    return make_tracked_run(frame, run, mesh, observers, progress, memory);
+  });
+  StudyResult result =
+      run_study(plan_study(scene, mesh, chosen.settings), mesh, observers, progress, memory, jobs);
+  result.target = requests.target;
+  result.findings = std::move(chosen.findings);
+  result.plan = std::move(chosen.plan);
+  result.is_interrupted = result.is_interrupted || chosen.choice.is_stopped;
+  result.remarks.insert(result.remarks.begin(), chosen.choice.remarks.begin(),
+                        chosen.choice.remarks.end());
+  return result;
+}
+
+StudyResult run_study(const Scene& scene, const TetMesh& mesh, const StudySettings& settings,
+                      const ObserverFactory& observers, const StudyProgress& progress) {
+  if (!settings.steps.empty() || !settings.rule_steps.empty()) {
+    return run_study(plan_study(scene, mesh, settings), mesh, observers, progress);
+  }
+  StudyRequests requests;
+  const std::vector<Integrator>& rules =
+      settings.integrators.empty() ? all_integrators() : settings.integrators;
+  requests.rules.assign(rules.begin(), rules.end());
+  requests.steps.resize(rules.size());
+  if (!settings.error_probe.empty()) requests.error = {settings.error_kind, settings.error_probe};
+  if (settings.reference_integrator != StudySettings().reference_integrator) {
+    requests.reference_integrator = settings.reference_integrator;
+  }
+  return run_study(scene, mesh, settings, requests, observers, progress);
 }
 
 }  // namespace tetraction

@@ -176,6 +176,7 @@ class StudyRuns {
     row.step = run.step;
     row.solver = run.solver;
     row.compares_solver = run.compares_solver;
+    row.settings = to_string(run.settings);
     row.variant = variant.name;
     row.directory = run.directory;
     row.role = run.role;
@@ -241,18 +242,6 @@ void leave_to_others(StudyPlan& plan, std::size_t part, std::size_t parts) {
   }
 }
 
-Scene scene_of(const StudyPlan& plan, const PlannedRun& run) {
-  Scene scene = plan.variants[run.variant].scene;
-  scene.time.integrator = run.integrator;
-  scene.time.step = run.step;
-  scene.time.automatic = false;
-  if (!run.solver.empty() && run.solver != scene.solver.kind) {
-    scene.solver.kind = run.solver;
-    scene.solver.linear = LinearSolver::kAuto;  // another solver has other linear solvers
-  }
-  return scene;
-}
-
 StudyResult run_study(const StudyPlan& plan, const TetMesh& mesh, const ObserverFactory& observers,
                       const StudyProgress& progress, const StudyMemory& memory, int jobs) {
   return StudyRuns(plan, mesh, observers, progress, memory).make(jobs);
@@ -262,11 +251,6 @@ TrackedRun make_tracked_run(const StudyPlan& plan, const PlannedRun& run, const 
                             const ObserverFactory& observers, const StudyProgress& progress,
                             const StudyMemory& memory) {
   return StudyRuns(plan, mesh, observers, progress, memory).make_one(run);
-}
-
-StudyResult run_study(const Scene& scene, const TetMesh& mesh, const StudySettings& settings,
-                      const ObserverFactory& observers, const StudyProgress& progress) {
-  return run_study(plan_study(scene, mesh, settings), mesh, observers, progress);
 }
 
 }  // namespace tetraction

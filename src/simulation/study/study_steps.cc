@@ -52,7 +52,14 @@ StepRequest read_step_request(const std::string& text) {
   return {unit == "T" ? StepUnit::kPeriods : StepUnit::kSeconds, number->first, text};
 }
 
-std::pair<std::string, std::string> rule_and_list(const std::string& text) {
+// A list of steps and the rule that it is for, which is empty if it is for all of them. Rules with settings have signs
+// of equality in their names.
+std::pair<std::string, std::string> rule_and_list(const std::string& text,
+                                                  const std::vector<StudyRule>& rules) {
+  for (const StudyRule& rule : rules) {
+    const std::string name = to_string(rule);
+    if (text.starts_with(name + "=")) return {name, text.substr(name.size() + 1)};
+  }
   const std::size_t equals = text.find('=');
   if (equals == std::string::npos) return {"", text};
   if (equals == 0) {
@@ -108,13 +115,49 @@ bool chooses_steps(const StudyRequests& requests) {
   bool chooses = requests.target.has_value();
   for (std::size_t i = 0; i < requests.rules.size(); ++i) {
     const std::vector<StepRequest>& steps = requests.steps[i];
-    const bool has_auto = is_implicit(requests.rules[i]) &&
+    const bool has_auto = is_implicit(requests.rules[i].integrator) &&
                           std::any_of(steps.begin(), steps.end(), [](const StepRequest& step) {
                             return step.unit == StepUnit::kAuto;
                           });
     chooses = chooses || steps.empty() || has_auto;
   }
   return chooses;
+}
+
+std::string to_string(const std::vector<VariedValue>& settings) {
+  std::string text;
+  for (const VariedValue& setting : settings) {
+    text += fmt::format("{}{}={}", text.empty() ? "" : ", ", setting.key, setting.value);
+  }
+  return text;
+}
+
+std::string to_string(const StudyRule& rule) {
+  std::string text = to_string(rule.integrator);
+  for (std::size_t i = 0; i < rule.settings.size(); ++i) {
+    text +=
+        fmt::format("{}{}={}", i == 0 ? ":" : ",", rule.settings[i].key, rule.settings[i].value);
+  }
+  return text;
+}
+
+StudyRule read_study_rule(const std::string& text) {
+  const std::size_t colon = text.find(':');
+  StudyRule rule(integrator_from_string(text.substr(0, colon)));
+  const std::string settings = colon == std::string::npos ? "" : text.substr(colon + 1);
+  for (const std::string& part : split_at_commas(settings)) {
+    const std::size_t equals = part.find('=');
+    if (equals == std::string::npos || equals == 0 || equals + 1 == part.size()) {
+      throw InputError(
+          fmt::format("--rule {}: write INTEGRATOR:KEY=VALUE, with commas between several "
+                      "settings, for instance --rule midpoint:solver.tolerance=1e-6.",
+                      in_quotes(text)));
+    }
+    rule.settings.push_back({part.substr(0, equals), part.substr(equals + 1)});
+  }
+  std::sort(rule.settings.begin(), rule.settings.end());
+  check_settings_of(rule);
+  return rule;
 }
 
 std::string to_string(const ErrorMeasure& measure) {
@@ -131,37 +174,49 @@ std::vector<StepRequest> read_step_requests(const std::string& text) {
 std::vector<std::string> rules_with_steps(const std::vector<std::string>& texts) {
   std::vector<std::string> names;
   for (const std::string& text : texts) {
-    const std::string name = rule_and_list(text).first;
+    const std::string name = rule_and_list(text, {}).first;
     if (name.empty()) return {};
-    if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
+    const bool has_settings = name.find(':') != std::string::npos;
+    if (!has_settings && std::find(names.begin(), names.end(), name) == names.end()) {
+      names.push_back(name);
+    }
   }
   return names;
 }
 
 std::vector<std::vector<StepRequest>> assign_steps(const std::vector<std::string>& texts,
-                                                   const std::vector<Integrator>& rules) {
-  std::vector<std::vector<StepRequest>> assigned(rules.size());
+                                                   const std::vector<StudyRule>& rules) {
+  std::map<std::string, std::vector<StepRequest>> lists;  // by rule; that for all has no name
   std::vector<std::string> names;
-  for (const Integrator rule : rules) names.push_back(to_string(rule));
+  for (const StudyRule& rule : rules) {
+    names.push_back(to_string(rule.integrator));
+    names.push_back(to_string(rule));
+  }
   for (const std::string& text : texts) {
-    const auto [name, list] = rule_and_list(text);
+    const auto [name, list] = rule_and_list(text, rules);
     const std::vector<StepRequest> requests = read_step_requests(list);
     if (!name.empty() && std::find(names.begin(), names.end(), name) == names.end()) {
       throw InputError(fmt::format("--steps {}: {} is no rule of this study: {}", in_quotes(text),
                                    in_quotes(name),
                                    advice(name, NameList(names.begin(), names.end()))));
     }
-    for (std::size_t i = 0; i < rules.size(); ++i) {
-      if (!name.empty() && name != names[i]) continue;
-      assigned[i].insert(assigned[i].end(), requests.begin(), requests.end());
-    }
+    std::vector<StepRequest>& all = lists[name];
+    all.insert(all.end(), requests.begin(), requests.end());
+  }
+  std::vector<std::vector<StepRequest>> assigned;
+  for (const StudyRule& rule : rules) {
+    const bool is_named = lists.contains(to_string(rule));
+    assigned.push_back(lists[is_named ? to_string(rule) : to_string(rule.integrator)]);
+    const std::vector<StepRequest>& of_all = lists[""];
+    assigned.back().insert(assigned.back().end(), of_all.begin(), of_all.end());
   }
   return assigned;
 }
 
 ErrorMeasure read_error_measure(const std::string& text) {
   if (text.empty() || text == "position" || text == "positions") return {};
-  for (const ErrorKind kind : {ErrorKind::kProbe, ErrorKind::kPeak, ErrorKind::kFrequency}) {
+  for (const ErrorKind kind :
+       {ErrorKind::kProbe, ErrorKind::kPeak, ErrorKind::kFrequency, ErrorKind::kEnergy}) {
     const std::string prefix = to_string(ErrorMeasure{kind});
     if (text.size() > prefix.size() && text.starts_with(prefix)) {
       return {kind, text.substr(prefix.size())};
@@ -169,7 +224,7 @@ ErrorMeasure read_error_measure(const std::string& text) {
   }
   throw InputError(fmt::format(
       "--error {}: write positions, probe.NAME, peak.probe.NAME or frequency.probe.NAME with the "
-      "name of a [[probe]] of the scene.",
+      "name of a [[probe]] of the scene, or energy.COLUMN with a column of history.csv.",
       in_quotes(text)));
 }
 
