@@ -1,9 +1,12 @@
 #include "study_drawing.h"
 
+#include <fmt/format.h>
+
 #include <filesystem>
 #include <vector>
 
 #include "cli/child_program.h"
+#include "io/text/output_file.h"
 #include "plot_study_script.h"
 
 namespace tetraction {
@@ -24,12 +27,27 @@ std::string draw_plots(const std::string& directory, const StudyDrawing& drawing
   command.push_back("--width=" + std::to_string(drawing.width));
   if (!drawing.title.empty()) command.push_back("--title=" + drawing.title);
   if (!drawing.style.empty()) command.push_back("--style=" + drawing.style);
+  const std::string failures = directory + "/.failed-plots";
+  remove_output(failures);
+  command.push_back("--failures=" + failures);
   command.insert(command.end(), {"--", directory});
-  switch (run_child_program(command)) {
+  const int code = run_child_program(command);
+  std::string names = read_output(failures);
+  remove_output(failures);
+  if (!names.empty()) {
+    for (auto at = names.find('\n'); at != std::string::npos; at = names.find('\n', at)) {
+      names.replace(at, 1, ", ");
+    }
+    return fmt::format("{} ({})",
+                       code == kUnwritable ? "some of their files cannot be written"
+                                           : "the script failed on some of them",
+                       names);
+  }
+  switch (code) {
     case 0:
       return {};
     case kDefect:
-      return "the script failed on some of them, as told above";
+      return "the script failed, as told above";
     case kUnusable:
       return "the style file or the study cannot be used, as told above";
     case kUnwritable:

@@ -379,7 +379,7 @@ int study(const StudyArguments& arguments) {
                    plotted   ? ""
                    : stopped ? "The plots were not drawn, because the study was interrupted."
                    : arguments.no_plots ? "The plots were left out with --no-plots."
-                                        : "The plots were not drawn: " + missing + ".");
+                                        : "Plots are missing: " + missing + ".");
   if (arguments.json) {
     write_json_result(study_json(result, name, provenance));
   } else if (!arguments.table.empty()) {
@@ -391,7 +391,7 @@ int study(const StudyArguments& arguments) {
                  advice_to_look(result, directory, frames));
   }
   if (plots && !plotted) {
-    print_warning("the plots were not drawn: " + missing);
+    print_warning("plots are missing: " + missing);
   } else if (stopped && !arguments.no_plots && !arguments.quiet) {
     print_note(
         "the plots were not drawn, because the study was interrupted: the same command makes the "
