@@ -301,7 +301,7 @@ def rule_of(run):
     return run["rule"] + (f" ({run['solver']})" if run["solver"] else "")
 
 
-def note_of_points(study, points, unit=""):
+def note_of_points(study, points):
     """Of a curve with a marker for each (run, text of its value)."""
     return {"rule": rule_of(points[0][0]), "runs": [run for run, _ in points],
             "texts": [f"{name_of(study, run)}, h = {si(run['step'], 's')}: {text}" for run, text in points]}  # fmt: skip
