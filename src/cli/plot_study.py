@@ -10,6 +10,7 @@ import argparse
 import contextlib
 import csv
 import functools
+import html
 import io
 import json
 import logging
@@ -31,6 +32,7 @@ def command_line():
     parser.add_argument("directory", type=os.path.abspath)
     parser.add_argument("--title", default="", help="text above each plot")
     parser.add_argument("--style", type=os.path.abspath, help="a style file of matplotlib")
+    parser.add_argument("--failures", type=os.path.abspath, help="a file for the names of plots that fail")
     parser.add_argument("--width", type=int, choices=(85, 170), default=170, help="mm")
     return parser.parse_args()
 
@@ -236,6 +238,10 @@ def read_columns(directory, name):
     """Columns of a CSV file as lists of numbers, up to its first broken row; {} without one."""
     try:
         with open_regular(directory, name, newline="") as file:
+            with contextlib.suppress(ValueError):
+                columns = columns_of_numbers(file)
+                return columns if "time" in columns else {}
+            file.seek(0)
             rows = list(csv.reader(file))
     except (OSError, ValueError, csv.Error):
         return {}
@@ -248,15 +254,30 @@ def read_columns(directory, name):
     return columns if columns.get("time") else {}
 
 
+def columns_of_numbers(file):
+    """The same, which is fast, for a file in which each value is a number; ValueError otherwise."""
+    names = next(csv.reader([file.readline()]), [])
+    values = np.loadtxt(file, delimiter=",", comments=None, ndmin=2)
+    if not len(values) or values.shape[1] != len(names) or len(set(names)) != len(names):
+        raise ValueError("not a table of numbers")
+    values[~np.isfinite(values)] = math.nan
+    return dict(zip(names, values.T.tolist()))
+
+
 def read_history(run):
-    """Columns of history.csv, and the energy that entered."""
-    columns = read_columns(run["directory"], "history.csv")
-    if not columns:
-        return {}
-    with contextlib.suppress(KeyError, TypeError, ValueError):
-        scale = read_json(run["directory"], "summary.json")["energy"]["scale"]
-        columns["energy_scale"] = [float(scale)]
-    return columns
+    """Columns of history.csv, and the energy that entered. They are read once."""
+    if "history" not in run:
+        columns = run["history"] = read_columns(run["directory"], "history.csv")
+        with contextlib.suppress(KeyError, TypeError, ValueError):
+            if columns:
+                columns["energy_scale"] = [float(summary_of(run)["energy"]["scale"])]
+    return run["history"]
+
+
+def summary_of(run):
+    if "summary" not in run:
+        run["summary"] = read_json(run["directory"], "summary.json")
+    return run["summary"]
 
 
 def ended_well(run):
@@ -278,6 +299,22 @@ def name_of(study, run, with_variant=True):
     rule = RULES.get(run["rule"], run["rule"].replace("-", " "))
     tags = [plain(run["variant"]) if with_variant and len(study["variants"]) > 1 else "", run["solver"]]
     return rule + (f" ({', '.join(t for t in tags if t)})" if any(tags) else "")
+
+
+def rule_of(run):
+    """As the tables of study.html name it."""
+    return run["rule"] + (f" ({run['solver']})" if run["solver"] else "")
+
+
+def note_of_points(study, points):
+    """Of a curve with a marker for each (run, text of its value)."""
+    return {"rule": rule_of(points[0][0]), "runs": [run for run, _ in points],
+            "texts": [f"{name_of(study, run)}, h = {si(run['step'], 's')}: {text}" for run, text in points]}  # fmt: skip
+
+
+def note_of_curve(study, run, *units):
+    return {"rule": rule_of(run), "run": run, "units": units,
+            "text": f"{name_of(study, run)}, h = {si(run['step'], 's')}"}  # fmt: skip
 
 
 def looks_of(study, run, varied=True):
@@ -398,11 +435,30 @@ class Panel:
 
     def __init__(self, axes):
         self.axes, self.curves, self.slopes, self.keeps_ticks = axes, [], [], False
+        self.extents, self.decades = {}, {}
 
-    def line(self, name, x, y, **looks):
+    def line(self, name, x, y, note=None, **looks):
         """A curve with a name at its end, or beside it if it ends far from the right edge."""
         (line,) = self.axes.plot(x, y, **looks)
         self.curves.append((name, line))
+        self.annotate(line, note)
+
+    def annotate(self, artist, note):
+        """Gives an artist an identifier, under which save() finds what study.html shows of it: `rule`, which
+        the page switches, `runs` and `texts` of its markers, or `run`, `text` and `units` of a curve over time."""
+        if note:
+            notes = self.axes.figure.__dict__.setdefault("notes", {})
+            name = os.path.basename(note["run"]["directory"]) if "run" in note else note["rule"]
+            artist.set_gid(re.sub(r"[^\w.-]", "_", f"{name}-{len(notes)}", flags=re.ASCII))
+            notes[artist.get_gid()] = {**note, "axes": self.axes}
+
+    def note_of(self, group):
+        """Of the name of some curves that are of one rule, and of one run if they are."""
+        notes = [getattr(self.axes.figure, "notes", {}).get(line.get_gid(), {}) for _, line, _ in group]
+        if len({n.get("rule", "") for n in notes}) != 1 or "rule" not in notes[0]:
+            return None
+        run = {"run": notes[0]["run"]} if len(notes) == 1 and "run" in notes[0] else {}
+        return {"rule": notes[0]["rule"], **run}
 
     def scale(self, which, values, top=0.0, least=0.7):
         """Makes an axis logarithmic, with room around the values and, in parts of it, at the top."""
@@ -413,19 +469,39 @@ class Panel:
         upper = room + top / (1 - top) * (span + 2 * room)
         getattr(self.axes, f"set_{which}lim")(low / 10**room, high * 10**upper)
         axis = self.axes.xaxis if which == "x" else self.axes.yaxis
-        decades = span + room + upper
-        axis.set_minor_locator(LogLocator(subs=range(2, 10), numticks=99) if decades < 6 else NullLocator())
+        self.decades[axis] = span + room + upper
+        axis.set_minor_locator(NullLocator())
         axis.set_minor_formatter(NullFormatter())
 
     def fit_ticks(self, renderer):
         """As many tick labels as fit without touching each other."""
-        for axis, gap in ((self.axes.xaxis, 5), (self.axes.yaxis, 2)):
-            if self.keeps_ticks or not axis.get_ticklabels() or not axis.get_visible():
-                continue
+        if self.keeps_ticks or not self.axes.axison:
+            return
+        box = self.axes.bbox
+        for axis, i, length, gap in ((self.axes.xaxis, 0, box.width, 5), (self.axes.yaxis, 1, box.height, 2)):
+            of = axis.get_transform().transform
+            low, high = of(np.array(axis.get_view_interval()))
             for ticks, texts in ticks_to_try(axis):
-                axis.set_ticks(ticks, texts)
-                if not touching(axis, renderer, gap):
+                at = (of(np.array(ticks, dtype=float)) - low) / (high - low) * length
+                size = matplotlib.rcParams["xy"[i] + "tick.labelsize"]
+                sizes = np.array([self.extent(text, renderer, size)[i] for text in texts])
+                if (np.abs(np.diff(at)) >= (sizes[1:] + sizes[:-1]) / 2 + gap).all():
                     break
+            axis.set_ticks(ticks, texts)
+
+    def extent(self, text, renderer, size=None):
+        """Width and height of a text in pixels."""
+        if (text, size) not in self.extents:
+            artist = self.axes.text(0, 0, text, transform=None, linespacing=1.0, fontsize=size)
+            box = artist.get_window_extent(renderer)
+            artist.remove()
+            self.extents[text, size] = box.width, box.height
+        return self.extents[text, size]
+
+    def set_minor_ticks(self):
+        """They come last, since each pass of the layout would make them again."""
+        for axis, decades in self.decades.items():
+            axis.set_minor_locator(LogLocator(subs=range(2, 10), numticks=99) if decades < 6 else NullLocator())
 
     def ends_at_right(self, line):
         points = samples(line)
@@ -434,7 +510,7 @@ class Panel:
 
     def margin(self, renderer):
         """The width of the names at the right edge, in pixels."""
-        widths = [extent(self.axes, name, renderer)[0] for name, line in self.curves
+        widths = [self.extent(name, renderer)[0] for name, line in self.curves
                   if name and self.ends_at_right(line)]  # fmt: skip
         return max(widths, default=-10) + 10
 
@@ -451,24 +527,25 @@ class Panel:
         for group in groups:
             names = list(dict.fromkeys(name for name, *_ in group))
             text, color = ",\n".join(names), readable(group[0][1].get_color()) if len(names) == 1 else INK
-            entry = (text, color, group[0][2], extent(self.axes, text, renderer))
+            entry = (text, color, group[0][2], self.extent(text, renderer), self.note_of(group))
             (right if self.ends_at_right(group[0][1]) else inner).append(entry)
         right.sort(key=lambda entry: entry[2][-1, 1])
         box = self.axes.bbox
         x = max([entry[2][-1, 0] for entry in right], default=0.0) + 6
         centres = separated([e[2][-1, 1] for e in right], [e[3][1] + 1.5 for e in right],
                             box.y0 - 9, box.y1 + 3)  # fmt: skip
-        for (text, color, points, (width, height)), y in zip(right, centres):
+        for (text, color, points, (width, height), note), y in zip(right, centres):
             if abs(y - points[-1, 1]) > 4 or x - points[-1, 0] > 12:
-                self.leader(points[-1] + (2, 0), (x - 1, y), color)
-            self.put(text, x, y - height / 2, color)
+                self.annotate(self.leader(points[-1] + (2, 0), (x - 1, y), color), note)
+            self.annotate(self.put(text, x, y - height / 2, color), note)
             boxes.append((x, y - height / 2, width, height))
-        for text, color, points, size in sorted(inner, key=lambda entry: len(entry[2])):
+        for text, color, points, size, note in sorted(inner, key=lambda entry: len(entry[2])):
             x, y, far = self.free_place(points, size, taken, boxes)
             if far:
                 near = points[np.hypot(*(points - (x + size[0] / 2, y + size[1] / 2)).T).argmin()]
-                self.leader(near, (min(max(near[0], x), x + size[0]), min(max(near[1], y), y + size[1])), color)
-            self.put(text, x, y, color)
+                end = (min(max(near[0], x), x + size[0]), min(max(near[1], y), y + size[1]))
+                self.annotate(self.leader(near, end, color), note)
+            self.annotate(self.put(text, x, y, color), note)
             boxes.append((x, y, *size))
         if self.slopes:
             self.draw_slopes(np.vstack(taken), boxes)
@@ -476,13 +553,13 @@ class Panel:
     def put(self, text, x, y, color, **more):
         """A text whose lower left corner is at this pixel."""
         place = self.axes.transAxes.inverted().transform((x, y))
-        self.axes.text(*place, text, transform=self.axes.transAxes, color=color, va="bottom", linespacing=1.0,
-                       zorder=6, **more)  # fmt: skip
+        return self.axes.text(*place, text, transform=self.axes.transAxes, color=color, va="bottom", linespacing=1.0,
+                              zorder=6, **more)  # fmt: skip
 
     def leader(self, begin, end, color):
         points = self.axes.transAxes.inverted().transform([begin, end])
-        self.axes.plot(*points.T, transform=self.axes.transAxes, color=color, lw=0.5, clip_on=False,
-                       marker="", ls="-")  # fmt: skip
+        return self.axes.plot(*points.T, transform=self.axes.transAxes, color=color, lw=0.5, clip_on=False,
+                              marker="", ls="-")[0]  # fmt: skip
 
     def free_place(self, own, size, taken, boxes):
         """Lower left corner of a text beside its curve, which covers no curve and no other text; and
@@ -568,21 +645,6 @@ def straight_parts(line, slope, tolerance=0.15):
     return [part for part in [*parts, part] if len(part) >= 3]
 
 
-def extent(axes, text, renderer):
-    """Width and height of a text in pixels."""
-    artist = axes.text(0, 0, text, transform=None, linespacing=1.0)
-    box = artist.get_window_extent(renderer)
-    artist.remove()
-    return box.width, box.height
-
-
-def touching(axis, renderer, gap=0.0):
-    """Whether labels of the ticks overlap or are nearer to each other than a gap in pixels."""
-    axis.get_tightbbox(renderer)  # places them
-    boxes = [t.get_window_extent(renderer) for t in axis.get_ticklabels() if t.get_text() and t.get_visible()]
-    return any(a.padded(gap / 2).overlaps(b.padded(gap / 2)) for i, a in enumerate(boxes) for b in boxes[:i])
-
-
 class Sheet:
     """The panels of a plot, in the caller's axes or in a new figure of the exact width."""
 
@@ -620,6 +682,7 @@ class Sheet:
                 self.arrange(renderer)
         for panel in self.panels:
             panel.write_names(renderer)
+            panel.set_minor_ticks()
         return np.array([panel.axes for panel in self.panels])
 
     def arrange(self, renderer):
@@ -671,7 +734,7 @@ def over_step(study, sheet, width, panels, slopes=False, floor=None, floor_name=
     parts = some(parts_of(study), 6 // len(panels))
 
     def values(runs, key):
-        return [(r["step"], number(r[key])) for r in runs if ended_well(r) and usable(number(r.get(key)))]
+        return [(r["step"], number(r[key]), r) for r in runs if ended_well(r) and usable(number(r.get(key)))]
 
     shown = [(key, label, title, curves) for title, curves in parts for key, label in panels
              if any(values(runs, key) for runs in curves)]  # fmt: skip
@@ -683,16 +746,17 @@ def over_step(study, sheet, width, panels, slopes=False, floor=None, floor_name=
     for i, (panel, (key, label, title, curves)) in enumerate(zip(sheet.panels, shown)):
         axes = panel.axes
         drawn = {name_of(study, runs[0], not title): (runs[0], values(runs, key)) for runs in curves}
-        sizes = [v for _, points in drawn.values() for _, v in points]
+        sizes = [v for _, points in drawn.values() for _, v, _ in points]
         failures = curves_of([{**r, "curve": name_of(study, r, not title)} for runs in curves for r in runs
                               if not ended_well(r)], lambda r: (r["curve"], r.get("status")))  # fmt: skip
         failures = curves_of(failures, lambda f: (f[0].get("status"), *(r["step"] for r in f)))
         panel.scale("x", [h / factor for h in steps])
         panel.scale("y", sizes, top=min(0.6, 3.6 * len(failures) / sheet.height), least=1.3)
         for name, (run, points) in drawn.items():
-            line = [(h / factor, v) for h, v in points]
+            line = [(h / factor, v) for h, v, _ in points]
             if line:
-                panel.line(name, *zip(*line), **looks_of(study, run, not title))
+                note = note_of_points(study, [(r, f"{v:.3g}") for _, v, r in points])
+                panel.line(name, *zip(*line), note, **looks_of(study, run, not title))
             if slopes and not run["solver"]:
                 panel.slopes.append(line)
         for row, same in enumerate(failures):
@@ -797,11 +861,14 @@ def plot_work_precision(study, sheet, width):
             run, looks = line[0][2], looks_of(study, line[0][2], not title)
             x, y = [p[0] / factor for p in line], [p[1] for p in line]
             # In the order of the steps, so that the curve shows what a smaller step costs and gives.
-            panel.line(name_of(study, run, not title), x[::-1], y[::-1], **looks)
+            note = note_of_points(study, [(r, f"{v:.3g}, {si(t, 's')}") for t, v, r in line[::-1]])
+            panel.line(name_of(study, run, not title), x[::-1], y[::-1], note, **looks)
             full = [i for i, p in enumerate(line) if not run["solver"]
                     and 0 < number(p[2].get("stable_step")) < p[2]["step"]]  # fmt: skip
-            panel.axes.plot([x[i] for i in full], [y[i] for i in full],
-                            **{**looks, "ls": "none", "mfc": looks["color"]})  # fmt: skip
+            (marks,) = panel.axes.plot([x[i] for i in full], [y[i] for i in full],
+                                       **{**looks, "ls": "none", "mfc": looks["color"]})  # fmt: skip
+            panel.annotate(marks, {"rule": note["rule"], "runs": [line[i][2] for i in full],
+                                   "texts": [note["texts"][::-1][i] for i in full]})  # fmt: skip
         panel.axes.set_xlabel(f"wall time of the steps ({unit})" if sheet.is_last(i) else "")
         panel.axes.set_ylabel(label if sheet.is_first(i) else "")
         heading(panel.axes, title)
@@ -817,7 +884,7 @@ def plot_cost_by_phase(study, sheet, width):
     for runs in curves_of(study["runs"], lambda run: (run["rule"], run["variant"])):
         table = []
         for run in runs:
-            times = read_json(run["directory"], "summary.json").get("wall_seconds")
+            times = summary_of(run).get("wall_seconds")
             if isinstance(times, dict) and run.get("timing") != "shared" and ended_well(run) and not run["solver"]:
                 table.append((run["step"], {key: number(times.get(key)) for key in phases}))
         groups += [(name_of(study, runs[0]), table)] if table else []
@@ -855,7 +922,8 @@ def finish_small(sheet, index, title, x_label, y_label):
 def thinned(times, values, both=False):
     """Of each of about MOST_POINTS stretches the largest value, or the least and the largest one in their
     order, and the last value."""
-    t, v = np.array([(t, v) for t, v in zip(times, values) if math.isfinite(t) and math.isfinite(v)]).reshape(-1, 2).T
+    t, v = np.array([times, values], dtype=float)
+    t, v = np.array([t, v])[:, np.isfinite(t) & np.isfinite(v)]
     stride = math.ceil(len(t) / MOST_POINTS) * (1 + both)
     if stride <= 1 + both:
         return t, v
@@ -907,7 +975,8 @@ def over_time(study, sheet, width, value_of, round_off_of, label, unit=""):
             # The coarsest step has the integrator's colour, and finer ones are darker.
             hue = to_hex(np.array(to_rgb(color)) * (1 - 0.7 * rank / max(1, len(curves) - 1)))
             if points:
-                panel.line(si(run["step"], "s") if ended_well(run) else "", *zip(*points), color=hue,
+                panel.line(si(run["step"], "s") if ended_well(run) else "", *zip(*points),
+                           note_of_curve(study, run, time_unit, unit), color=hue,
                            ls=LINES[rank % len(LINES)], marker="." if len(points) < 8 else "", ms=3)  # fmt: skip
         if bad:
             kinds = {r.get("status") for r, _ in bad}
@@ -927,9 +996,8 @@ def steps_text(steps):
 
 def energy_error(history):
     """|energy error| over the energy that entered, at each step."""
-    error = history["energy_error"]
-    scale = energy_scale(history)
-    return [abs(e) / scale if scale > 0 else 0.0 for e in error]
+    error, scale = np.abs(history["energy_error"]), energy_scale(history)
+    return error / scale if scale > 0 else 0.0 * error
 
 
 def energy_scale(history):
@@ -948,8 +1016,8 @@ def energy_round_off(run, history):
     """At most about one rounding of the energies in each step, over the energy that entered."""
     keys = ("kinetic_energy", "elastic_energy", "environment_energy", "external_work",
             "dissipated_energy")  # fmt: skip
-    sums = [sum(abs(v) for v in row) for row in zip(*(history[k] for k in keys if k in history))]
-    largest = max((s for s in sums if math.isfinite(s)), default=0.0)
+    sums = np.sum([np.abs(history[k]) for k in keys if k in history], axis=0)
+    largest = np.max(sums, where=np.isfinite(sums), initial=0.0)
     scale = energy_scale(history)
     return EPSILON * (10 + len(sums)) * largest / scale if scale > 0 else math.nan
 
@@ -962,7 +1030,7 @@ INNER = {"mesh", "material", "material_region", "time", "solver", "environment",
 def conserved(run, letter):
     """The projection to those components of a momentum ("p" or "l") that the run's scene conserves, or
     None if there are none."""
-    scene = read_json(run["directory"], "summary.json").get("scene")
+    scene = summary_of(run).get("scene")
     if not isinstance(scene, dict) or not scene:
         return None
     if any(value for key, value in scene.items() if key not in INNER):
@@ -1001,7 +1069,7 @@ def momentum_round_off(letter):
         if letter == "l":
             sizes = [math.hypot(*v) for v in zip(*(history["l" + axis] for axis in "xyz"))]
             return rounding * max((s for s in sizes if math.isfinite(s)), default=0.0)
-        mass = number(read_json(run["directory"], "summary.json").get("mass"))
+        mass = number(summary_of(run).get("mass"))
         energy = max((e for e in history["kinetic_energy"] if math.isfinite(e)), default=0.0)
         return rounding * math.sqrt(2 * mass * energy) if usable(mass) else math.nan
 
@@ -1064,10 +1132,10 @@ def plot_probe(study, sheet, width, name=None):
             looks = {**looks_of(study, run, False), "marker": "." if len(t) < 8 else "", "ms": 3}
             if not any(entry is e for e in least):
                 x, y = thinned(t, v, both=True)
-                values.line(words, x / second, y / factor, **looks)
+                values.line(words, x / second, y / factor, note_of_curve(study, run, time_unit, shown), **looks)
             if (gap > 0).any():
                 x, y = thinned(t, np.where(gap > 0, gap, np.nan))
-                other.line(words, x / second, y / small, **looks)
+                other.line(words, x / second, y / small, note_of_curve(study, run, time_unit, small_unit), **looks)
         for panel, words in [(values, with_unit(plain(column), shown)), (other, with_unit("difference", small_unit))]:
             if panel is not None:
                 panel.axes.set(xlim=(0, end / second), ylabel=words,
@@ -1080,8 +1148,8 @@ def plot_probe(study, sheet, width, name=None):
 
 
 def finite(table, column):
-    pairs = [(t, v) for t, v in zip(table["time"], table[column]) if math.isfinite(t) and math.isfinite(v)]
-    return np.array(pairs, dtype=float).reshape(-1, 2).T
+    pairs = np.array([table["time"], table[column]], dtype=float)
+    return pairs[:, np.isfinite(pairs).all(axis=0)]
 
 
 # ---- plots of variants and of shapes
@@ -1289,6 +1357,49 @@ def write_file(path, content):
         raise Unwritable(f"{path}: cannot be written ({problem.strerror})") from problem
 
 
+def in_xml(text):
+    """For an element or an attribute. Viewers of other programs, as study.html, look for "=" in attributes only."""
+    return html.escape(str(text).replace(r"\$", "$")).replace("=", "&#61;")
+
+
+def scale_of(axes):
+    """For each axis: the value is a + b p, or the power of ten of that, at the coordinate p of the SVG file."""
+    (wide, tall), place = axes.figure.get_size_inches() * 72, axes.get_position()
+    text = []
+    for axis, begin, length in ((axes.xaxis, place.x0 * wide, place.width * wide),
+                                (axes.yaxis, (1 - place.y0) * tall, -place.height * tall)):  # fmt: skip
+        low, high = axis.get_transform().transform(np.array(axis.get_view_interval()))
+        slope = (high - low) / length
+        text.append(f"{low - slope * begin:.9g} {slope:.9g} {int(axis.get_scale() == 'log')}")
+    return " ".join(text)
+
+
+def annotated(svg, prefix, figure):
+    """The drawing with what study.html switches and shows under the cursor."""
+    parts = re.split(r'(<g id="[^"]*">)', svg)
+    notes = getattr(figure, "notes", {})
+    for i in range(1, len(parts), 2):
+        note = notes.get(parts[i][len(f'<g id="{prefix}') : -2])
+        if note is None:
+            continue
+        tag = parts[i][:-1] + f' data-rule="{in_xml(note["rule"])}"'
+        if "run" in note:
+            tag += f' data-run="{in_xml(os.path.basename(note["run"]["directory"]))}"'
+        if "units" in note:
+            tag += f' data-scale="{scale_of(note["axes"])}" data-units="{in_xml("|".join(note["units"]))}"'
+        parts[i] = tag + ">" + (f"<title>{in_xml(note['text'])}</title>" if "text" in note else "")
+        points = iter(zip(note.get("runs", []), note.get("texts", [])))
+        if parts[i + 1].count("<use ") == len(note.get("runs", [])):
+
+            def titled(match, points=points):
+                run, text = next(points)
+                return (f'{match[1]} data-run="{in_xml(os.path.basename(run["directory"]))}">'
+                        f"<title>{in_xml(text)}</title></use>")  # fmt: skip
+
+            parts[i + 1] = re.sub(r"(<use [^>]*?)/>", titled, parts[i + 1])
+    return "".join(parts)
+
+
 def save(figure, folder, name):
     # No date, so that the same study gives the same files.
     extra = {"png": {}, "svg": {"Date": None}, "pdf": {"CreationDate": None, "ModDate": None}}
@@ -1302,6 +1413,7 @@ def save(figure, folder, name):
             content = re.sub(rb"([MLQ] -?\d+\.\d\d)\d* (-?\d+\.\d\d)\d*", rb"\1 \2", content)
             # The mark that is used has this style already.
             content = re.sub(rb'(<use xlink:href="[^"]*" x="[^"]*" y="[^"]*") style="(?![^"]*fill)[^"]*"', rb"\1", content)
+            content = annotated(content.decode(), prefix.decode(), figure).encode()
         write_file(os.path.join(folder, f"{name}.{ending}"), content)
 
 
@@ -1322,7 +1434,7 @@ def main(arguments):
     study = read_study(arguments.directory)
     plots = {name: (function, {}) for name, function in PLOTS.items()}
     plots.update({f"probe_{p['name']}": (plot_probe, {"name": str(p["name"])}) for p in study["probes"]})
-    defects = 0
+    failures, code = [], 0
     for name, (function, choice) in plots.items():
         try:
             axes = function(study, width=arguments.width, title=arguments.title, **choice)
@@ -1331,15 +1443,20 @@ def main(arguments):
             else:
                 with matplotlib.rc_context(JOURNAL):
                     save(axes[0].figure, arguments.directory, name)
-        except (Unusable, OSError):
-            raise
-        except Exception as problem:  # a defect of one plot does not take the others away
-            line = traceback.extract_tb(problem.__traceback__)[-1].lineno
-            print(f"plot_study: {name}: {type(problem).__name__}: {problem} (line {line})", file=sys.stderr)
-            defects += 1
-            remove_plot(arguments.directory, name)
+        except Exception as problem:  # one plot that fails does not take the others away
+            says = str(problem)
+            if not isinstance(problem, (Unusable, OSError)):
+                line = traceback.extract_tb(problem.__traceback__)[-1].lineno
+                says = f"{name}: {type(problem).__name__}: {problem} (line {line})"
+            print(f"plot_study: {says}", file=sys.stderr)
+            failures.append(name)
+            code = max(code, UNWRITABLE if isinstance(problem, (Unwritable, OSError)) else DEFECT)
+            with contextlib.suppress(OSError):
+                remove_plot(arguments.directory, name)
         plt.close("all")
-    return DEFECT if defects else 0
+    if failures and arguments.failures:
+        write_file(arguments.failures, "\n".join(failures).encode())
+    return code
 
 
 if IS_PROGRAM:

@@ -13,8 +13,12 @@ struct StudyDrawing {
   bool is_left_out = false;  ///< no plots at all
 };
 
-/// Draws the plots of the study in the directory. Returns why some or all of them are missing, or an empty text. The
-/// script has then said more on standard error. Throws OutputError if their files cannot be written.
-std::string draw_plots(const std::string& directory, const StudyDrawing& drawing);
+struct DrawnPlots {
+  std::string why_missing{};   ///< why some or all of them are missing; empty: none is
+  bool is_unwritable = false;  ///< whether files cannot be written
+};
+
+/// Draws the plots of the study in the directory. If plots are missing, the script has said more on standard error.
+DrawnPlots draw_plots(const std::string& directory, const StudyDrawing& drawing);
 
 }  // namespace tetraction

@@ -11,6 +11,7 @@
 #include "io/study/study_answer.h"
 #include "io/study/study_page.h"
 #include "io/text/output_file.h"
+#include "tetraction/core/error.h"
 
 namespace tetraction {
 namespace {
@@ -77,6 +78,7 @@ std::string write_study_files(const FinishedStudy& study, const std::string& dir
   for (const std::string& remark : study.result.remarks) print_note(remark);
   std::string why_no_plots;
   std::string said;
+  bool is_unwritable = false;
   if (is_stopped) {
     // Whoever interrupts a study does not want to wait for pictures of a part of it.
     why_no_plots = "the study was interrupted";
@@ -85,10 +87,17 @@ std::string write_study_files(const FinishedStudy& study, const std::string& dir
     why_no_plots = "they were left out";
     said = "The plots were left out with --no-plots.";
   } else {
-    why_no_plots = draw_plots(directory, drawing);
-    if (!why_no_plots.empty()) said = "The plots were not drawn: " + why_no_plots + ".";
+    const DrawnPlots drawn = draw_plots(directory, drawing);
+    why_no_plots = drawn.why_missing;
+    is_unwritable = drawn.is_unwritable;
+    if (!why_no_plots.empty()) said = "Plots are missing: " + why_no_plots + ".";
   }
   write_study_page(study.result, study.scene, directory, study.provenance, said);
+  if (is_unwritable) {
+    throw OutputError(directory + ": plots are missing: " + why_no_plots +
+                      ". Make room there, or choose another directory with --out; the same command "
+                      "then draws them.");
+  }
   return why_no_plots;
 }
 

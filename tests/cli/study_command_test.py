@@ -92,7 +92,7 @@ class Study(BeamTest):
         result = self.run_program("study", "beam.toml", "--steps", "0.05", "--integrators", "midpoint",
                                   "--out", "s", env={"PYTHONPATH": self.folder})  # fmt: skip
         self.assertFalse(self.exists("ran"))
-        self.assertNotIn("plots were not drawn", result.stderr)
+        self.assertNotIn("plots are missing", result.stderr)
         self.assertTrue(self.exists("s", "energy_over_time.png"))
 
     def test_errors_are_relative_to_the_displacement(self):

@@ -204,7 +204,7 @@ class Merge(Stored):
         drawn = [a for a in arguments if a != "--no-plots"]
         # Tables find room, and pictures do not.
         message = self.limited(len(self.read("s", "study.json")) + 1000, *drawn, code=4)
-        self.assertIn("the plots cannot be written", message)
+        self.assertIn("plots are missing", message)
         self.run_program(*drawn)
         self.assertTrue(self.exists("s", "work_precision.svg"))
         self.assertEqual([r["position_error"] for r in self.lasting("s")],

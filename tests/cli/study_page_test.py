@@ -130,6 +130,45 @@ class Content(PageTest):
         column = next(i for i, name in enumerate(head) if name.startswith("time steps"))
         self.assertAlmostEqual(float(cells[column]) / seconds, 1, delta=0.01)
 
+    def test_curves_and_points_of_plots_name_their_runs(self):
+        self.study("--quiet")
+        text = self.read("s", "study.html")
+        runs = {row["directory"]: row for row in self.read_json("s", "study.json")["runs"]}
+        drawn = text.split("<h2>Plots</h2>")[1].split("<h2>Findings</h2>")[0]
+        self.assertLessEqual(set(re.findall(r'data-run="([^"]*)"', drawn)), set(runs))
+        self.assertEqual(set(re.findall(r'data-rule="([^"]*)"', drawn)), {"verlet", "midpoint"})
+        # A title for each point, which browsers show without scripts as well.
+        for name in ("midpoint-0.005", "verlet-0.0025"):
+            title = re.search(rf'<use [^>]*data-run="{name}"><title>([^<]*)</title></use>', drawn)[1]
+            rule, error = re.fullmatch(r"(\w+), h = [\d.]+\u00a0ms: (\S+)", html.unescape(title)).groups()
+            self.assertEqual(rule.lower(), runs[name]["integrator"])
+            self.assertAlmostEqual(float(error) / runs[name]["position_error"], 1, delta=0.01)
+        # The scale of a curve over time gives back its values.
+        curve = re.search(r'id="energy_over_time-[^"]*" data-rule="verlet" data-run="verlet-0.0025" '
+                          r'data-scale="([^"]*)" data-units="([^"]*)">(.*?)</g>', drawn, re.DOTALL)  # fmt: skip
+        a, b, is_log_x, c, d, is_log_y = map(float, curve[1].split())
+        self.assertEqual((is_log_x, is_log_y), (0, 1))
+        points = [(a + b * float(x), 10 ** (c + d * float(y)))
+                  for x, y in re.findall(r"[ML] (\S+) (\S+)", curve[3])]  # fmt: skip
+        second = {"s": 1.0, "ms": 1e-3}[curve[2].split("|")[0]]
+        scale = self.read_json("s", "verlet-0.0025", "summary.json")["energy"]["scale"]
+        history = self.table(self.path("s", "verlet-0.0025"), "history.csv")
+        errors = [abs(float(row["energy_error"])) / scale for row in history]
+        self.assertAlmostEqual(points[-1][0] * second / float(history[-1]["time"]), 1, delta=1e-3)
+        self.assertAlmostEqual(max(v for _, v in points) / max(errors), 1, delta=0.01)
+
+    def test_a_plot_that_fails_leaves_the_others(self):
+        os.makedirs(self.path("s", "energy_over_time.png.part"))
+        result = self.study("--quiet", code=4)
+        says = "plots are missing: some of their files cannot be written (energy_over_time)"
+        self.assertIn(says, result.stderr)
+        page = self.page()
+        self.assertIn(says[1:], page.text)
+        self.assertIn("Error over step", page.text)
+        self.assertNotIn("Energy error over time", page.text)
+        self.assertGreater(page.drawings, 4)
+        self.assertFalse(self.exists("s", ".failed-plots"))
+
     def test_without_plots(self):
         self.study("--no-plots")
         page = self.page()
@@ -242,12 +281,32 @@ class Browser(PageTest):
           const box = [...document.querySelectorAll("#switches label")].find(l => l.textContent.includes("verlet"));
           box.firstElementChild.click(); seen.without = shown();
           box.firstElementChild.click(); seen.again = shown();
+          const hidden = () => [...document.querySelectorAll("figure svg [data-run]")].filter(
+            part => getComputedStyle(part).display === "none").map(part => part.dataset.run);
+          const plotted = () => [...document.querySelectorAll("figure svg g[data-rule]")].filter(
+            part => getComputedStyle(part).display !== "none").map(part => part.dataset.rule);
+          seen.plotted = plotted();
+          box.firstElementChild.click(); seen.plottedWithout = plotted(); box.firstElementChild.click();
+          const row = table.querySelector("tr[data-run='midpoint-0.005']");
+          row.click(); seen.hidden = hidden(); row.click(); seen.hiddenAgain = hidden();
+          const over = (element, x, y) => {
+            element.closest("svg").dispatchEvent(new PointerEvent("pointermove", {clientX: x, clientY: y}));
+            return document.getElementById("value").textContent;
+          };
+          const mark = document.querySelector("figure use[data-run='midpoint-0.005']");
+          const place = mark.getBoundingClientRect();
+          seen.mark = over(mark, place.x + place.width / 2, place.y + place.height / 2);
+          seen.title = mark.textContent;
+          const curve = document.querySelector("figure g[data-scale][data-run='midpoint-0.005']");
+          const [, x, y] = curve.querySelector("path").getAttribute("d").match(/L (\\S+) (\\S+)/);
+          const point = new DOMPoint(+x, +y).matrixTransform(curve.closest("svg").getScreenCTM());
+          seen.curve = over(curve, point.x, point.y);
           const search = document.querySelector("input[type=search]");
           search.value = "midpoint 0.05"; search.dispatchEvent(new Event("input"));
           seen.filtered = [...table.tBodies[0].rows].filter(row => !row.hidden).map(row => row.textContent);
-          const point = document.querySelector(".picture circle").getBoundingClientRect();
+          const circle = document.querySelector(".picture circle").getBoundingClientRect();
           document.querySelector(".picture").dispatchEvent(new PointerEvent("pointermove",
-            {clientX: point.x + 5, clientY: point.y + 5}));
+            {clientX: circle.x + 5, clientY: circle.y + 5}));
           seen.value = document.getElementById("value").textContent;
           seen.loaded = performance.getEntriesByType("resource").map(entry => entry.name.slice(0, 40));
           const out = document.createElement("pre");
@@ -282,6 +341,13 @@ class Browser(PageTest):
         self.assertIn("verlet", seen["all"])
         self.assertEqual(seen["without"], [rule for rule in seen["all"] if rule != "verlet"])
         self.assertEqual(seen["again"], seen["all"])
+        self.assertEqual(set(seen["plotted"]), {"verlet", "midpoint"})
+        self.assertEqual(seen["plottedWithout"], [rule for rule in seen["plotted"] if rule != "verlet"])
+        self.assertEqual(set(seen["hidden"]), {"midpoint-0.005"})
+        self.assertGreater(len(seen["hidden"]), 4)
+        self.assertEqual(seen["hiddenAgain"], [])
+        self.assertEqual(seen["mark"], seen["title"])
+        self.assertRegex(seen["curve"], r"^midpoint, h = 5\u00a0ms: [\d.e-]+ at [\d.e-]+ m?s$")
         self.assertEqual(len(seen["filtered"]), 1)
         self.assertRegex(seen["value"], r"^verlet, h = .* s .*: error ")
         self.assertEqual([name for name in seen["loaded"] if not name.startswith("data:")], [])

@@ -89,7 +89,9 @@ class Files(PlotsTest):
         text = self.read(study)
         # A defect of one plot does not take the others away.
         begin = "def plot_energy_over_time(study, sheet, width):\n"
-        said = self.draw(code=1, change=(begin, begin + "    raise KeyError('wrong')\n"))
+        said = self.draw("--failures", self.path("failed"), code=1,
+                         change=(begin, begin + "    raise KeyError('wrong')\n"))  # fmt: skip
+        self.assertEqual(self.read("failed"), "energy_over_time")
         self.assertRegex(said, r"^plot_study: energy_over_time: KeyError: 'wrong' \(line \d+\)\n$")
         self.assertTrue(self.exists("s", "probe_tip.pdf"))
         self.assertFalse(self.exists("s", "energy_over_time.pdf"))
@@ -98,6 +100,8 @@ class Files(PlotsTest):
         self.write(study, text)
         os.mkdir(self.path("s", "error_over_step.png.part"))
         self.assertIn("cannot be written", self.draw(code=4))
+        self.assertFalse(self.exists("s", "error_over_step.svg"))
+        self.assertTrue(self.exists("s", "energy_over_time.svg"))
 
 
 class Labels(PlotsTest):

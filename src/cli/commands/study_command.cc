@@ -312,7 +312,7 @@ class Study {
                 why_no_plots.empty(), frames);
     if (!arguments_.drawing.is_left_out && !why_no_plots.empty()) {
       if (!is_stopped) {
-        print_warning("the plots were not drawn: " + why_no_plots);
+        print_warning("plots are missing: " + why_no_plots);
       } else if (!is_quiet) {
         print_note(
             "the plots were not drawn, because the study was interrupted: the same command makes "

@@ -71,12 +71,12 @@ std::string latex_number(const std::string& text) {
 
 }  // namespace
 
-void StudyGrid::row(std::string rule) {
-  rows_.push_back({std::move(rule), {}, {}});
+void StudyGrid::row(std::string rule, std::string run) {
+  rows_.push_back({std::move(rule), std::move(run), {}, {}});
 }
 
 void StudyGrid::line(std::string text) {
-  rows_.push_back({{}, std::move(text), {}});
+  rows_.push_back({{}, {}, std::move(text), {}});
 }
 
 void StudyGrid::text(std::string text) {
@@ -162,7 +162,8 @@ std::string StudyGrid::html(const std::string& id) const {
   text += "</tr></thead>\n<tbody>\n";
   for (const Row& row : rows_) {
     if (row.cells.empty()) continue;
-    text += fmt::format("<tr data-rule=\"{}\">", escaped_html(row.rule));
+    text += fmt::format("<tr data-rule=\"{}\"", escaped_html(row.rule));
+    text += row.run.empty() ? ">" : fmt::format(" data-run=\"{}\">", escaped_html(row.run));
     for (std::size_t i = 0; i < row.cells.size(); ++i) {
       const Cell& cell = row.cells[i];
       const bool is_number = std::isfinite(cell.value);

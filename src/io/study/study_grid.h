@@ -11,8 +11,8 @@ namespace tetraction {
 class StudyGrid {
  public:
   void column(std::string head, bool is_text = false) { heads_.push_back({head, is_text}); }
-  /// Begins a row. On the page, the rows of a rule can be left out together.
-  void row(std::string rule = {});
+  /// Begins a row. On the page, the rows of a rule can be left out together, and the row of a run hides its points.
+  void row(std::string rule = {}, std::string run = {});
   /// A line of its own, on the terminal only.
   void line(std::string text);
   void text(std::string text);
@@ -37,6 +37,7 @@ class StudyGrid {
   };
   struct Row {
     std::string rule;
+    std::string run;   ///< its folder
     std::string line;  ///< instead of cells
     std::vector<Cell> cells;
   };

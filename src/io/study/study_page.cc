@@ -146,10 +146,12 @@ bool is_wide(const std::string& svg) {
 }
 
 std::string plots_html(const StudyPageContents& contents) {
-  if (contents.pictures.empty()) {
-    return fmt::format("<p id=\"no-plots\">{}</p>\n", escaped_html(contents.why_no_pictures));
+  std::string text;
+  if (!contents.why_no_pictures.empty()) {
+    text = fmt::format("<p id=\"no-plots\">{}</p>\n", escaped_html(contents.why_no_pictures));
   }
-  std::string text = "<div class=\"figures\">\n";
+  if (contents.pictures.empty()) return text;
+  text += "<div class=\"figures\">\n";
   for (const StudyPicture& picture : contents.pictures) {
     std::string drawing = inline_svg(picture.svg);
     if (drawing.empty()) {
@@ -184,7 +186,7 @@ std::string runs_html(const StudyResult& result) {
   StudyGrid grid;
   for (const StudyField* field : fields) grid.column(field->heading, !field->is_number());
   for (const StudyRow& row : result.rows) {
-    grid.row(rule_name(row));
+    grid.row(rule_name(row), row.directory);
     for (const StudyField* field : fields) add_field(grid, *field, row);
   }
   return grid.html("runs");
@@ -331,7 +333,7 @@ void write_study_page(const StudyResult& result, const std::string& scene_name,
   contents.scene_name = scene_name;
   contents.provenance = provenance;
   contents.why_no_pictures = why_no_pictures;
-  if (why_no_pictures.empty()) contents.pictures = read_pictures(result, directory);
+  contents.pictures = read_pictures(result, directory);
   if (contents.pictures.empty() && why_no_pictures.empty()) {
     contents.why_no_pictures = "There are no plots, because no run has an error above zero.";
   }

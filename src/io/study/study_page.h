@@ -37,7 +37,7 @@ struct StudyPageContents {
   std::string scene_name;
   StudyProvenance provenance;
   std::vector<StudyPicture> pictures;
-  std::string why_no_pictures;  ///< said if there are none
+  std::string why_no_pictures;  ///< why some or all are missing
   std::vector<RunPhases> phases;
 };
 
@@ -48,8 +48,8 @@ std::string study_page(const StudyResult& result, const StudyPageContents& conte
 /// errors.
 std::string study_picture(const StudyResult& result);
 
-/// Reads the plots (unless `why_no_pictures` says that there are none) and the summaries of the runs
-/// in the directory of a study, and writes the page there. Throws OutputError.
+/// Reads the plots that are there and the summaries of the runs in the directory of a study, and writes the page
+/// there. It says why some or all plots are missing, unless that is empty. Throws OutputError.
 void write_study_page(const StudyResult& result, const std::string& scene_name,
                       const std::string& directory, const StudyProvenance& provenance,
                       const std::string& why_no_pictures);
