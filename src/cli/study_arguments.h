@@ -30,6 +30,7 @@ struct StudyArguments {
   std::string error;
   std::string table;
   int jobs = 1;
+  int repeats = 2;
   bool quiet = false;
   bool json = false;
   bool no_plots = false;
@@ -38,6 +39,7 @@ struct StudyArguments {
   bool fresh = false;
   bool all = false;
   bool plan = false;
+  bool mesh_check = false;
 };
 
 /// Adds the options to the command. They are filled in when the command line is parsed.

@@ -72,6 +72,8 @@ StudySettings read_settings(const StudyArguments& arguments, const StudyRequests
     settings.error_probe = requests.error.name;
     settings.error_kind = requests.error.kind;
   }
+  settings.repeats = arguments.repeats;
+  settings.repeat_seconds = 0.1 * requests.budget;
   return settings;
 }
 
@@ -323,13 +325,26 @@ int study(const StudyArguments& arguments) {
   }
   const StudyPlan plan = plan_study(scene, mesh, chosen.settings);
   check_folder_of_study(plan, directory);
+  std::optional<StudyPlan> finer;
+  if (arguments.mesh_check) {
+    finer = mesh_check_plan(plan, mesh);
+    check_folder_of_study(*finer, directory);
+  }
   const std::vector<std::string> frames = runs_with_frames(arguments.frames, plan);
   StudyFolder runs(directory, plan, mesh, digests, frames);
   folder = &runs;
-  const StudyMemory memory = runs.memory(goes_on || !made.empty());
+  StudyMemory memory = runs.memory(goes_on || !made.empty());
+  memory.is_stopped = &InterruptGuard::interrupted;
   if (arguments.plan) {
     for (const std::string& remark : chosen.choice.remarks) print_note(remark);
     write_result(text_of_plan(plan, mesh, goes_on ? memory : StudyMemory()));
+    if (finer) {
+      StudyPlan longest = *finer;
+      const auto by_step = [](const PlannedRun& a, const PlannedRun& b) { return a.step < b.step; };
+      longest.runs = {*std::min_element(finer->runs.begin(), finer->runs.end(), by_step)};
+      write_result("at most, on the finer mesh:\n" +
+                   text_of_plan(longest, *finer->variants.front().mesh, {}));
+    }
     return 0;
   }
   begin();
@@ -354,6 +369,14 @@ int study(const StudyArguments& arguments) {
     compared.findings = chosen.findings;
     compared.remarks.insert(compared.remarks.begin(), chosen.choice.remarks.begin(),
                             chosen.choice.remarks.end());
+    if (finer) {
+      const RunDigests digests_of_finer(*finer, *finer->variants.front().mesh);
+      StudyFolder fine_runs(directory, *finer, *finer->variants.front().mesh, digests_of_finer, {});
+      folder = &fine_runs;
+      compared.mesh_check =
+          check_mesh(*finer, compared, memory, fine_runs, goes_on, observers, progress);
+      folder = &runs;
+    }
     return compared;
   }();
 

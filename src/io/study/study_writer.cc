@@ -197,6 +197,15 @@ std::string study_json(const StudyResult& result, const std::string& scene_name,
                       ? "position"
                       : to_string(ErrorMeasure{result.error_kind, result.error_probe});
   if (!result.findings.empty()) json["searched"] = findings_json(result);
+  if (const auto& check = result.mesh_check) {
+    json["mesh_check"] = {{"integrator", to_string(check->integrator)},
+                          {"step", check->step},
+                          {"vertices", check->vertices},
+                          {"tetrahedra", check->tetrahedra},
+                          {"status", to_string(check->status)},
+                          {"directory", check->directory},
+                          {"difference", json_number(check->difference)}};
+  }
   json["probes"] = nlohmann::ordered_json::array();
   for (const ProbeColumns& probe : result.probes) {
     json["probes"].push_back({{"name", probe.name},
