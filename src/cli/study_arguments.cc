@@ -185,6 +185,14 @@ std::shared_ptr<StudyArguments> add_study_options(CLI::App& command) {
                   "threads. Wall times count only where the machine has a core for each thread of "
                   "all these runs.")
       ->check(CLI::Range(1, 1024));
+  command
+      .add_option("--repeats", arguments->repeats,
+                  "How often short runs are made again, to see how much their times vary (default: "
+                  "2; 0: never). This takes at most a tenth of --budget.")
+      ->check(CLI::Range(0, 100));
+  command.add_flag("--mesh-check", arguments->mesh_check,
+                   "Make one run on a mesh with half the edges, too, which tells the error of the "
+                   "mesh (of the first variant)");
   command.add_flag("--fresh", arguments->fresh,
                    "Delete what an earlier study has left in the directory, and make all runs anew "
                    "(default: runs that compute the same are kept)");

@@ -33,10 +33,12 @@ struct StudyArguments {
   int jobs = 1;
   StudyView view;
   StudyDrawing drawing{};
+  int repeats = 2;
   bool resume = false;
   bool fresh = false;
   bool plan = false;
   std::string part;
+  bool mesh_check = false;
 };
 
 /// Adds the options to the command. They are filled in when the command line is parsed.

@@ -16,7 +16,7 @@ from support.study import StudyTest, plot_script
 
 class KeptRuns(StudyTest):
     GRID = ["--integrators", "verlet,midpoint", "--steps", "0.0005,0.001", "--frames", "none",
-            "--set", "time.end=0.5"]  # fmt: skip
+            "--repeats", "0", "--set", "time.end=0.5"]  # fmt: skip
     ALL = ("verlet-0.0005", "verlet-0.001", "midpoint-0.0005", "midpoint-0.001")
 
     def lasting_table(self):

@@ -1,11 +1,13 @@
 #include "tetraction/mesh/tet_mesh.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include "support/bodies.h"
 #include "support/messages.h"
 #include "tetraction/core/error.h"
+#include "tetraction/mesh/generate.h"
 
 namespace tetraction {
 namespace {
@@ -118,6 +120,60 @@ TEST(BoundaryFaces, CloseTheBodyAndPointOutward) {
     flux += 0.5 * jacobian(corners);
   }
   EXPECT_NEAR(flux, 3.0 * mesh.total_volume(), 1e-12);
+}
+
+// Each tetrahedron becomes eight with the same orientation that fill it.
+TEST(RefinedMesh, KeepsVolumeVerticesAndFields) {
+  TetMesh mesh = generate_box({2, 1, 1}, {2, 1, 1});
+  const auto count = static_cast<std::size_t>(mesh.tetrahedron_count());
+  mesh.regions.assign(count, 0);
+  mesh.regions.back() = 5;
+  mesh.cell_arrays["density"] = Matrix::Constant(1, mesh.tetrahedron_count(), 3.0);
+  mesh.cell_arrays["density"](0, 1) = 7.0;
+  mesh.point_arrays["displacement"] = Matrix(3, mesh.vertex_count());
+  for (Index v = 0; v < mesh.vertex_count(); ++v) {
+    mesh.point_arrays["displacement"].col(v) = 2.0 * mesh.vertices[static_cast<std::size_t>(v)];
+  }
+  Group face{"face", 2};
+  for (const auto& triangle : boundary_faces(mesh)) {
+    const bool is_at_start = std::all_of(triangle.begin(), triangle.end(), [&](Index v) {
+      return mesh.vertices[static_cast<std::size_t>(v)].x() == 0.0;
+    });
+    if (!is_at_start) continue;
+    face.triangles.push_back(triangle);
+    face.vertices.insert(face.vertices.end(), triangle.begin(), triangle.end());
+  }
+  std::sort(face.vertices.begin(), face.vertices.end());
+  face.vertices.erase(std::unique(face.vertices.begin(), face.vertices.end()), face.vertices.end());
+  Group volume{"volume", 3};
+  volume.tetrahedra = {1};
+  mesh.groups = {face, volume};
+
+  const TetMesh fine = refined_mesh(mesh);
+  ASSERT_EQ(fine.tetrahedron_count(), 8 * mesh.tetrahedron_count());
+  EXPECT_EQ(fine.vertex_count(), 5 * 3 * 3);
+  EXPECT_FALSE(fine.is_quadratic());
+  for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
+    EXPECT_EQ(fine.vertices[v], mesh.vertices[v]);
+  }
+  for (Index e = 0; e < fine.tetrahedron_count(); ++e) {
+    EXPECT_NEAR(fine.volume(e), mesh.volume(e / 8) / 8.0, 1e-15) << e;
+    EXPECT_EQ(fine.region(e), mesh.region(e / 8));
+    EXPECT_EQ(fine.cell_arrays.at("density")(0, e), mesh.cell_arrays.at("density")(0, e / 8));
+  }
+  for (Index v = 0; v < fine.vertex_count(); ++v) {
+    const Vector3 x = fine.vertices[static_cast<std::size_t>(v)];
+    EXPECT_EQ(Vector3(fine.point_arrays.at("displacement").col(v)), Vector3(2.0 * x));
+  }
+  EXPECT_EQ(fine.groups[0].triangles.size(), 4 * face.triangles.size());
+  EXPECT_EQ(fine.groups[0].vertices.size(), 9U);
+  EXPECT_EQ(fine.groups[1].tetrahedra, (std::vector<Index>{8, 9, 10, 11, 12, 13, 14, 15}));
+  EXPECT_EQ(boundary_faces(fine).size(), 4 * boundary_faces(mesh).size());
+
+  const TetMesh quadratic = refined_mesh(with_edge_vertices(mesh));
+  EXPECT_TRUE(quadratic.is_quadratic());
+  EXPECT_EQ(quadratic.tetrahedron_count(), fine.tetrahedron_count());
+  EXPECT_NEAR(quadratic.total_volume(), 2.0, 1e-14);
 }
 
 }  // namespace

@@ -168,6 +168,12 @@ TetMesh with_edge_vertices(TetMesh mesh);
 /// The mesh with linear tetrahedra: the vertices in the middles of edges are left out.
 TetMesh without_edge_vertices(const TetMesh& mesh);
 
+/// The mesh with each tetrahedron divided into eight by the middles of its edges. The vertices of the coarse
+/// mesh come first and keep their numbers; tetrahedra are numbered anew. Groups, regions and cell arrays are those of
+/// the tetrahedron, triangle or line that was divided. A quadratic mesh remains quadratic, and its new edges are
+/// straight.
+TetMesh refined_mesh(const TetMesh& mesh);
+
 /// The faces that belong to one tetrahedron only. Their vertices are ordered so that normals point
 /// outward. Of a part (TetMesh::part) they are its faces on the boundary of the whole mesh.
 std::vector<std::array<Index, 3>> boundary_faces(const TetMesh& mesh);

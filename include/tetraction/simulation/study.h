@@ -70,6 +70,10 @@ struct StudySettings {
   std::string error_probe{};
   /// What counts of that probe: its values over time, or only their peak or their frequency.
   ErrorKind error_kind = ErrorKind::kProbe;
+  /// How often a run that was asked for is made again to see how much its times vary. The cheapest runs are
+  /// repeated first, one after the other, as long as this takes at most repeat_seconds together.
+  int repeats = 0;
+  double repeat_seconds = 6.0;  ///< s, of processor time
 };
 
 /// The role of a row of a study.
@@ -125,6 +129,8 @@ struct StudyPlan {
   std::string error_probe{};                 ///< StudySettings::error_probe
   ErrorKind error_kind = ErrorKind::kProbe;  ///< StudySettings::error_kind
   std::vector<ProbeColumns> probes{};        ///< of the first variant
+  int repeats = 0;                           ///< StudySettings::repeats
+  double repeat_seconds = 0.0;               ///< StudySettings::repeat_seconds
 
   /// What the errors of error_probe are. Its name is empty without one.
   ErrorMeasure error_series() const { return {error_kind, error_probe}; }
@@ -224,6 +230,8 @@ struct StudyRow {
   std::string directory;      ///< of the run, relative to the study's
   Index steps = 0;            ///< steps taken
   double wall_seconds = 0.0;  ///< of the time steps alone
+  /// wall_seconds before the run was repeated. The choice of steps counts it, and is the same again.
+  double first_seconds = 0.0;
   /// Processor time of the time steps, of all threads together. NaN if several runs with several threads each
   /// were made at the same time, because it is not known then which of them a thread worked for.
   double processor_seconds = std::numeric_limits<double>::quiet_NaN();
@@ -374,6 +382,10 @@ struct StudyMemory {
   std::function<void(const PlannedRun&, const StudyRow&, const MotionTrack&)> made{};
   /// The tracks of runs that were kept or made. Without it those of all runs stay in memory.
   TrackSource track{};
+  /// Called after the repeats of a run with its new row.
+  std::function<void(const PlannedRun&, const StudyRow&)> repeated{};
+  /// Whether repeats are to stop.
+  std::function<bool()> is_stopped{};
 };
 
 /// Makes the runs of the plan that `memory` does not keep, the references first, and compares all of them. A
@@ -387,6 +399,10 @@ struct StudyMemory {
 /// The functions that are called for the runs are never called at the same time. The observers of
 /// different runs are, and so are force terms and materials of a program that several variants share.
 /// StudyRow::shares_machine says whether the runs had too few cores.
+///
+/// Then the cheap runs are repeated, as StudySettings::repeats says: those with the role kRun that reached the end
+/// on this kind of processor, took less than half a second of processor time, and shared no cores. Repeats have no
+/// observers. Those of a run that are stopped do not count.
 StudyResult run_study(const StudyPlan& plan, const TetMesh& mesh,
                       const ObserverFactory& observers = {}, const StudyProgress& progress = {},
                       const StudyMemory& memory = {}, int jobs = 1);
@@ -434,6 +450,21 @@ StudyResult run_study(const Scene& scene, const TetMesh& mesh, const StudySettin
 /// itself is not small compared with the others, there is no order.
 StudyResult compare_runs(const StudyPlan& plan, const std::vector<std::optional<StudyRow>>& rows,
                          const TrackSource& tracks);
+
+/// The runs that could be made on a finer mesh, which is the scene's (of the first variant) refined once, with
+/// folders of their own. Throws InputError if there are none: explicit rules need about half the step there.
+StudyPlan mesh_check_plan(const StudyPlan& plan, const TetMesh& mesh);
+
+/// The run of mesh_check_plan() with the largest step whose error in the study is at most 1 %, or else the one with
+/// the smallest error. Null if none of them reached the end.
+const PlannedRun* run_of_mesh_check(const StudyPlan& finer, const StudyResult& result);
+
+/// The folder of the same run on the mesh of the study.
+std::string coarse_run_of(const PlannedRun& run);
+
+/// The relative difference of the same run on a mesh and on the finer one, at the end at the vertices of the
+/// coarse mesh, or of the error probe. Both tracks are whole.
+double mesh_difference(const StudyPlan& plan, const MotionTrack& coarse, const MotionTrack& fine);
 
 /// The p of (h2^p − hr^p)/(h1^p − hr^p) = e2/e1 with h2 > h1 > hr ≥ 0, or NaN without one in
 /// (0, 12).

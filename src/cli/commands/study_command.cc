@@ -68,6 +68,8 @@ StudySettings read_settings(const StudyArguments& arguments, const StudyRequests
     settings.error_probe = requests.error.name;
     settings.error_kind = requests.error.kind;
   }
+  settings.repeats = arguments.repeats;
+  settings.repeat_seconds = 0.1 * requests.budget;
   return settings;
 }
 
@@ -114,6 +116,12 @@ StudyInputs read_inputs(const StudyArguments& arguments) {
     throw InputError(
         "--part: all parts must make the same plan, but here the program would choose steps. Take "
         "the steps from the same command with --plan instead of --part, and give them by --steps.");
+  }
+  if (!arguments.part.empty() && arguments.mesh_check) {
+    throw InputError(
+        "--mesh-check: a part of a study does not know all runs. Leave it out, merge the parts, "
+        "and "
+        "make the whole study in the merged directory with --mesh-check.");
   }
   const std::vector<StudyVariant>& variants = inputs.settings.variants;
   inputs.scene =
@@ -177,12 +185,17 @@ class Study {
     }
     leave_to_others(plan, inputs_.part.number, inputs_.part.count);
     check_folder_of_study(plan, inputs_.directory);
+    if (arguments_.mesh_check) {
+      finer_ = mesh_check_plan(plan, *inputs_.mesh);
+      check_folder_of_study(*finer_, inputs_.directory);
+    }
     const std::vector<std::string> frames = runs_with_frames(arguments_.frames, plan);
     StudyFolder runs(inputs_.directory, plan, *inputs_.mesh, digests_, frames);
     runs_ = &runs;
     if (arguments_.plan) {
       for (const std::string& remark : chosen.choice.remarks) print_note(remark);
       write_result(text_of_plan(plan, *inputs_.mesh, goes_on_ ? memory() : StudyMemory()));
+      if (finer_) write_result(text_of_mesh_check());
       return 0;
     }
     begin();
@@ -192,7 +205,11 @@ class Study {
 
  private:
   StudyFolder& folder() { return runs_ != nullptr ? *runs_ : trials_; }
-  StudyMemory memory() { return folder().memory(goes_on_ || !made_.empty()); }
+  StudyMemory memory() {
+    StudyMemory memory = folder().memory(goes_on_ || !made_.empty());
+    memory.is_stopped = &InterruptGuard::interrupted;
+    return memory;
+  }
 
   // Before the first run: a choice or a plan that needs none writes nothing.
   void begin() {
@@ -235,6 +252,27 @@ class Study {
     if (const std::string note = jobs_message(arguments_.jobs); !note.empty()) print_note(note);
   }
 
+  // The run on the finer mesh is that with the shortest step at most.
+  std::string text_of_mesh_check() const {
+    StudyPlan longest = *finer_;
+    const auto by_step = [](const PlannedRun& a, const PlannedRun& b) { return a.step < b.step; };
+    longest.runs = {*std::min_element(finer_->runs.begin(), finer_->runs.end(), by_step)};
+    return "at most, on the finer mesh:\n" +
+           text_of_plan(longest, *finer_->variants.front().mesh, {});
+  }
+
+  MeshCheck check_finer_mesh(const StudyResult& result) {
+    const TetMesh& mesh = *finer_->variants.front().mesh;
+    const StudyMemory runs = memory();
+    const RunDigests digests(*finer_, mesh);
+    StudyFolder finer(inputs_.directory, *finer_, mesh, digests, {});
+    StudyFolder* const before = std::exchange(runs_, &finer);
+    const MeshCheck check =
+        check_mesh(*finer_, result, runs, finer, goes_on_, observers(), progress());
+    runs_ = before;
+    return check;
+  }
+
   StudyResult make_runs(const StudyPlan& plan, const ChosenStudy& chosen) {
     const InterruptGuard between_runs;
     StudyResult result =
@@ -245,6 +283,7 @@ class Study {
     if (result.plan) result.plan->digest = digest_;
     result.remarks.insert(result.remarks.begin(), chosen.choice.remarks.begin(),
                           chosen.choice.remarks.end());
+    if (finer_) result.mesh_check = check_finer_mesh(result);
     return result;
   }
 
@@ -324,8 +363,9 @@ class Study {
 
   const StudyArguments& arguments_;
   StudyInputs inputs_;
-  const StudyPlan frame_;  // without runs
-  const bool goes_on_;     // from an earlier study in the directory
+  const StudyPlan frame_;             // without runs
+  std::optional<StudyPlan> finer_{};  // with --mesh-check
+  const bool goes_on_;                // from an earlier study in the directory
   const std::vector<std::string> old_plots_;
   const RunDigests digests_;
   const std::string digest_;  // of what the choice of steps depends on

@@ -35,6 +35,7 @@ const std::array kFields{
     StudyField{"steps", &Row::steps, kFiles | kTables, 8, "steps"},
     StudyField{"wall_seconds", &Row::wall_seconds, kFiles | kTables | kInDiff, 9, "wall [s]",
                "{:.3g}"},
+    StudyField{"first_seconds", &Row::first_seconds, kInJson},
     StudyField{"processor_seconds", &Row::processor_seconds, kFiles | kOnPage, 10, "processor [s]",
                "{:.3g}"},
     StudyField{"seconds_per_simulated_second", &Row::seconds_per_simulated_second, kFiles},

@@ -46,6 +46,9 @@ StudyMemory StudyFolder::memory(bool keeps) {
   memory.made = [this](const PlannedRun& run, const StudyRow& row, const MotionTrack& track) {
     keep(run, row, track);
   };
+  memory.repeated = [this](const PlannedRun& run, const StudyRow& row) {
+    write_study_row(file(run, kStudyRowFile), row, digests_.of(run));
+  };
   memory.track = [this](const PlannedRun& run) { return track(run); };
   return memory;
 }
@@ -95,6 +98,30 @@ std::optional<StudyRow> StudyFolder::kept(const PlannedRun& run) const {
                          });
   if (!has_files || !track(run)) return {};
   return read_study_row(file(run, kStudyRowFile), run, digests_.of(run));
+}
+
+MeshCheck check_mesh(const StudyPlan& finer, const StudyResult& result, const StudyMemory& runs,
+                     StudyFolder& folder, bool keeps, const ObserverFactory& observers,
+                     const StudyProgress& progress) {
+  MeshCheck check;
+  const TetMesh& mesh = *finer.variants.front().mesh;
+  check.vertices = mesh.vertex_count();
+  check.tetrahedra = mesh.tetrahedron_count();
+  check.status = RunStatus::kCancelled;
+  const PlannedRun* run = run_of_mesh_check(finer, result);
+  if (run == nullptr || result.is_interrupted) return check;
+  check.integrator = run->integrator;
+  check.step = run->step;
+  check.directory = run->directory;
+  const TrackedRun fine =
+      make_tracked_run(finer, *run, mesh, observers, progress, folder.memory(keeps));
+  if (fine.is_stopped) return check;
+  if (const auto row = folder.memory(true).kept(*run)) check.status = row->status;
+  PlannedRun coarse = *run;
+  coarse.directory = coarse_run_of(*run);
+  const std::shared_ptr<const MotionTrack> track = runs.track(coarse);
+  if (fine.track && track) check.difference = mesh_difference(finer, *track, *fine.track);
+  return check;
 }
 
 }  // namespace tetraction

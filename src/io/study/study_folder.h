@@ -50,4 +50,10 @@ class StudyFolder {
   std::optional<StudyJournal> journal_;
 };
 
+/// Makes the run on the finer mesh (mesh_check_plan()) in its folder, or takes it from there if it `keeps` runs. `runs`
+/// is the memory of the study, whose result is known.
+MeshCheck check_mesh(const StudyPlan& finer, const StudyResult& result, const StudyMemory& runs,
+                     StudyFolder& folder, bool keeps, const ObserverFactory& observers,
+                     const StudyProgress& progress);
+
 }  // namespace tetraction

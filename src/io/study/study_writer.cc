@@ -214,6 +214,15 @@ std::string study_json(const StudyResult& result, const std::string& scene_name,
   json["target"] = result.target ? nlohmann::ordered_json(*result.target) : nullptr;
   if (!result.findings.empty()) json["searched"] = findings_json(result);
   if (result.plan) json["choice"] = plan_json(*result.plan);
+  if (const auto& check = result.mesh_check) {
+    json["mesh_check"] = {{"integrator", to_string(check->integrator)},
+                          {"step", check->step},
+                          {"vertices", check->vertices},
+                          {"tetrahedra", check->tetrahedra},
+                          {"status", to_string(check->status)},
+                          {"directory", check->directory},
+                          {"difference", json_number(check->difference)}};
+  }
   json["probes"] = nlohmann::ordered_json::array();
   for (const ProbeColumns& probe : result.probes) {
     json["probes"].push_back({{"name", probe.name},

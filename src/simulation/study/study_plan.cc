@@ -325,6 +325,8 @@ StudyPlan begin_plan(const Scene& scene, const TetMesh& mesh, const StudySetting
   check_scenes(plan.variants);
   plan.error_probe = settings.error_probe;
   plan.error_kind = settings.error_kind;
+  plan.repeats = settings.repeats;
+  plan.repeat_seconds = settings.repeat_seconds;
   if (plan.error_kind != ErrorKind::kProbe &&
       settings.reference_kind == ReferenceKind::kRichardson) {
     throw InputError(

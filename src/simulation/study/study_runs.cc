@@ -6,6 +6,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <numeric>
 #include <optional>
 #include <utility>
 
@@ -67,6 +68,16 @@ class StepClock : public Observer {
   bool starts_;
 };
 
+// Stops a repeat on request.
+class StopOnRequest : public Observer {
+ public:
+  explicit StopOnRequest(const StudyMemory& memory) : memory_(memory) {}
+  bool on_step(const Session&) override { return !memory_.is_stopped || !memory_.is_stopped(); }
+
+ private:
+  const StudyMemory& memory_;
+};
+
 // How the runs of a study are made: as many at a time as there are jobs.
 struct Workers {
   bool shares_machine = false;     // whether the machine has too few cores for all of them
@@ -110,7 +121,7 @@ class StudyRuns {
     std::optional<StudyRow> row = memory_.kept ? memory_.kept(run) : std::nullopt;
     if (!row) row = make_run(run, workers_for(1, 1));
     TrackedRun made;
-    made.seconds = row->wall_seconds;
+    made.seconds = row->first_seconds;
     made.is_stopped = row->status == RunStatus::kCancelled;
     if (row->status == RunStatus::kFinished) made.track = track_of(run);
     return made;
@@ -139,6 +150,7 @@ class StudyRuns {
         throw;
       }
     });
+    repeat_cheap_runs(rows);
     return compare_runs(plan_, rows, [this](const PlannedRun& run) { return track_of(run); });
   }
 
@@ -206,7 +218,7 @@ class StudyRuns {
     row.stable_step = session.initial_limit().critical_step;
     row.message = session.message();
     row.steps = session.step_number();
-    row.wall_seconds = session.times().stepping;
+    row.wall_seconds = row.first_seconds = session.times().stepping;
     row.processor_seconds = processor.total();
     const double simulated = session.time();
     row.seconds_per_simulated_second = simulated > 0.0 ? row.wall_seconds / simulated : kNotKnown;
@@ -219,6 +231,63 @@ class StudyRuns {
     row.angular_momentum_drift = balance.angular_momentum_drift();
     row.angular_momentum_drift_allowed = balance.allowed_angular_momentum_drift();
     return row;
+  }
+
+  bool may_repeat(const PlannedRun& run, const StudyRow& row) const {
+    constexpr double kLongest = 0.5;  // s; the times of longer runs vary little
+    return run.role == StudyRole::kRun && row.status == RunStatus::kFinished && row.repeats == 0 &&
+           !row.shares_machine && row.processor_seconds < kLongest &&
+           row.processor == this_machine().processor;
+  }
+
+  // Which runs are repeated follows from their rows, so that the same study again repeats nothing.
+  void repeat_cheap_runs(std::vector<std::optional<StudyRow>>& rows) {
+    if (plan_.repeats == 0 || is_cancelled_) return;
+    double spent = 0.0;
+    std::vector<std::size_t> cheap;
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      if (!rows[i]) continue;
+      if (rows[i]->repeats > 0) spent += rows[i]->repeats * rows[i]->processor_seconds;
+      if (may_repeat(plan_.runs[i], *rows[i])) cheap.push_back(i);
+    }
+    std::sort(cheap.begin(), cheap.end(), [&](std::size_t a, std::size_t b) {
+      return rows[a]->processor_seconds < rows[b]->processor_seconds;
+    });
+    for (const std::size_t i : cheap) {
+      StudyRow& row = *rows[i];
+      if (spent + plan_.repeats * row.processor_seconds > plan_.repeat_seconds) return;
+      if (!repeat(plan_.runs[i], row)) return;
+      spent += row.repeats * row.processor_seconds;
+      if (memory_.repeated) memory_.repeated(plan_.runs[i], row);
+    }
+  }
+
+  // Makes the repeats of a run. Returns false if they were stopped; the row is as it was then.
+  bool repeat(const PlannedRun& run, StudyRow& row) const {
+    const TetMesh* own = plan_.variants[run.variant].mesh.get();
+    std::vector<double> times{row.processor_seconds};
+    double fastest_wall = row.wall_seconds;
+    for (int k = 0; k < plan_.repeats; ++k) {
+      StepClock::Reading processor{CLOCK_PROCESS_CPUTIME_ID};
+      StepClock first(processor, false);
+      StepClock last(processor, true);
+      StopOnRequest stop(memory_);
+      Session session(scene_of(plan_, run), own != nullptr ? *own : mesh_);
+      if (session.run({&first, &stop, &last}) != RunStatus::kFinished) return false;
+      if (processor.total() < *std::min_element(times.begin(), times.end())) {
+        fastest_wall = session.times().stepping;
+      }
+      times.push_back(processor.total());
+    }
+    const auto [fastest, slowest] = std::minmax_element(times.begin(), times.end());
+    const double mean =
+        std::accumulate(times.begin(), times.end(), 0.0) / static_cast<double>(times.size());
+    row.repeats = plan_.repeats;
+    row.time_scatter = mean > 0.0 ? (*slowest - *fastest) / mean : 0.0;
+    row.processor_seconds = *fastest;
+    row.seconds_per_simulated_second = fastest_wall / plan_.end;
+    row.wall_seconds = fastest_wall;
+    return true;
   }
 
   const StudyPlan& plan_;
