@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <iterator>
 #include <string>
 #include <utility>
 #include <vector>
@@ -27,7 +28,7 @@ constexpr const char* kProcessorTimes =
 
 // "verlet with h = 7.2e-5 s (0.9 h_crit)".
 std::string named_run(const StudyRow& row) {
-  return fmt::format("{} with h = {} s{}", run_label(row), short_number(row.step), in_limits(row));
+  return fmt::format("{} with h = {}", run_label(row), step_text(row));
 }
 
 // Two digits are as many as single measurements have.
@@ -93,6 +94,17 @@ std::string not_met(const StudyAnswer& answer, const TargetAnswer& target) {
                      short_number(closest->error), named_run(*closest->run));
 }
 
+// Of the second rule beside the best one. A known scatter decides whether their costs differ.
+std::string compared_cost(const RuleAnswer& best, const RuleAnswer& second) {
+  const double scatter =
+      std::fmax(best.run->time_scatter * best.cost, second.run->time_scatter * second.cost);
+  if (second.cost - best.cost <= scatter) {
+    return fmt::format(" costs the same within the scatter of {}.", percent(scatter / best.cost));
+  }
+  if (std::isnan(scatter) && second.relative_cost < 1.2) return " takes about the same time.";
+  return fmt::format(" takes {} times as long.", two_digits(second.relative_cost));
+}
+
 // One sentence for each group of targets with the same cheapest run.
 Sentences cost(const StudyAnswer& answer) {
   Sentences sentences;
@@ -115,18 +127,16 @@ Sentences cost(const StudyAnswer& answer) {
     while (i + 1 < answer.targets.size() && has_equal_choice(answer.targets[i + 1], target)) {
       targets.push_back(percent(answer.targets[++i].target));
     }
-    has_short_times = has_short_times || best->cost < kShortTime;
+    const double scatter = best->run->time_scatter;
+    has_short_times = has_short_times || (best->cost < kShortTime && !std::isfinite(scatter));
     std::string text = fmt::format(
-        "For {} of {} the cheapest run is {}: its error is {}, and its time steps take {} s{}.",
+        "For {} of {} the cheapest run is {}: its error is {}, and its time steps take {} s{}{}.",
         with_article(answer.error), enumeration(targets), named_run(*best->run),
         short_number(best->error), short_number(best->cost),
-        answer.uses_processor_time ? " of processor time" : "");
+        answer.uses_processor_time ? " of processor time" : "",
+        std::isfinite(scatter) ? ", with a scatter of " + percent(scatter) : "");
     if (const RuleAnswer* second = second_of(target)) {
-      text +=
-          second->relative_cost < 1.2
-              ? fmt::format(" {} takes about the same time.", capitalised(named_run(*second->run)))
-              : fmt::format(" {} takes {} times as long.", capitalised(named_run(*second->run)),
-                            two_digits(second->relative_cost));
+      text += ' ' + capitalised(named_run(*second->run)) + compared_cost(*best, *second);
     }
     sentences.push_back(text);
   }
@@ -160,7 +170,7 @@ Sentences failures(const StudyResult& result) {
     } else if (row.status == RunStatus::kUnstable && is_explicit_above) {
       const std::string name = run_label(row);
       if (above.empty() || above.back().first != name) above.push_back({name, {}});
-      above.back().second.push_back(short_number(row.step) + " s" + in_limits(row));
+      above.back().second.push_back(step_text(row));
     } else {
       others.push_back(
           fmt::format("{} {}: {}{}", capitalised(named_run(row)),
@@ -187,18 +197,18 @@ Sentences failures(const StudyResult& result) {
 Sentences orders(const StudyAnswer& answer) {
   Sentences sentences;
   for (std::size_t i = 0; i < answer.orders.size();) {
-    const Integrator rule = answer.orders[i].coarser->integrator;
-    const int theory = order(rule);
+    const std::string rule = rule_name(*answer.orders[i].coarser);
+    const int theory = order(answer.orders[i].coarser->integrator);
     Sentences numbers;
     bool agrees = true;
-    for (; i < answer.orders.size() && answer.orders[i].coarser->integrator == rule; ++i) {
+    for (; i < answer.orders.size() && rule_name(*answer.orders[i].coarser) == rule; ++i) {
       const auto& [finer, coarser] = answer.orders[i];
       agrees = agrees && std::abs(coarser->observed_order - theory) <= kOrderTolerance;
       numbers.push_back(fmt::format("{:.2f} between {} s and {} s", coarser->observed_order,
                                     short_number(finer->step), short_number(coarser->step)));
     }
     sentences.push_back(fmt::format("{} has the observed order {}; the theoretical order is {}{}.",
-                                    capitalised(to_string(rule)), enumeration(numbers), theory,
+                                    capitalised(rule), enumeration(numbers), theory,
                                     agrees ? "" : ", which these errors do not show"));
   }
   return sentences;
@@ -272,6 +282,42 @@ std::string phase_caution(const StudyAnswer& answer) {
           : "The errors do not grow steadily with the step.");
 }
 
+// Nothing without a value.
+void add_mesh_check(const StudyResult& result, Sentences& sentences) {
+  if (!result.mesh_check) return;
+  const MeshCheck& check = *result.mesh_check;
+  if (check.status != RunStatus::kFinished) {
+    sentences.push_back(
+        fmt::format("The run on the finer mesh with {} tetrahedra did not reach the end ({}), so "
+                    "that the error of the mesh is not known.",
+                    check.tetrahedra, to_string(check.status)));
+  } else if (std::isfinite(check.difference)) {
+    sentences.push_back(
+        fmt::format("The finer mesh with {} tetrahedra differs by {}: steps whose error is much "
+                    "below that gain nothing on this mesh.",
+                    check.tetrahedra, percent(check.difference)));
+  }
+}
+
+// Rules whose runs have the same trouble make one sentence.
+Sentences troubles(const StudyAnswer& answer) {
+  std::vector<std::pair<std::string, Sentences>> rules_with;
+  for (const RuleTrouble& trouble : answer.troubles) {
+    auto same = std::find_if(rules_with.begin(), rules_with.end(),
+                             [&](const auto& each) { return each.first == trouble.reason; });
+    if (same == rules_with.end()) {
+      rules_with.emplace_back(trouble.reason, Sentences{});
+      same = std::prev(rules_with.end());
+    }
+    same->second.push_back(trouble.rule + (trouble.run.empty() ? "" : " (" + trouble.run + ")"));
+  }
+  Sentences sentences;
+  for (const auto& [reason, rules] : rules_with) {
+    sentences.push_back(fmt::format("Runs with {} {}.", enumeration(rules), reason));
+  }
+  return sentences;
+}
+
 Sentences limits(const StudyResult& result, const StudyAnswer& answer) {
   Sentences sentences;
   if (result.is_interrupted) {
@@ -295,6 +341,7 @@ Sentences limits(const StudyResult& result, const StudyAnswer& answer) {
   if (result.reference_status == RunStatus::kFinished && std::isfinite(result.reference_error)) {
     sentences.push_back("The estimate comes " + source_of_error(result, answer));
   }
+  add_mesh_check(result, sentences);
   if (answer.compares_phase) sentences.push_back(phase_caution(answer));
   if (!answer.has_comparable_costs) {
     sentences.emplace_back(
@@ -418,10 +465,14 @@ std::vector<std::string> answer_sentences(const StudyResult& result, const Study
   const std::size_t most = is_sweep ? kMostNamed : 1;
   sentences.insert(sentences.end(), said.begin(),
                    said.begin() + static_cast<std::ptrdiff_t>(std::min(most, said.size())));
+  if (!is_sweep) {
+    for (const Sentences& more : {finding_sentences(result), troubles(answer)}) {
+      sentences.insert(sentences.end(), more.begin(), more.end());
+    }
+    sentences.push_back(certainty(result, answer));
+  }
+  add_mesh_check(result, sentences);
   if (is_sweep) return sentences;
-  const Sentences found = finding_sentences(result);
-  sentences.insert(sentences.end(), found.begin(), found.end());
-  sentences.push_back(certainty(result, answer));
   if (answer.uses_processor_time) sentences.emplace_back(kProcessorTimes);
   if (answer.compares_phase) sentences.push_back(phase_caution(answer));
   return sentences;

@@ -123,7 +123,11 @@ StudyGrid grid_of_runs(const StudyResult& result) {
   const std::map<std::string, std::size_t> places = references_of_variants(result);
   std::vector<const StudyField*> fields = shown_fields(kInTable);
   std::erase_if(fields, [&](const StudyField* field) {
-    return result.error_probe.empty() && std::string_view(field->name) == "probe_error";
+    const std::string_view name = field->name;
+    return (name == "probe_error" && result.error_probe.empty()) ||
+           (name == "settings" &&
+            std::all_of(result.rows.begin(), result.rows.end(),
+                        [](const StudyRow& row) { return row.settings.empty(); }));
   });
   StudyGrid grid;
   for (const StudyField* field : fields) grid.column(field->heading, !field->is_number());
@@ -206,6 +210,16 @@ std::string study_json(const StudyResult& result, const std::string& scene_name,
   }
   json["runs"] = nlohmann::ordered_json::array();
   for (const StudyRow& row : result.rows) json["runs"].push_back(study_row_json(row));
+  if (result.mesh_check) {
+    const MeshCheck& check = *result.mesh_check;
+    json["mesh_check"] = {{"integrator", to_string(check.integrator)},
+                          {"step", check.step},
+                          {"vertices", check.vertices},
+                          {"tetrahedra", check.tetrahedra},
+                          {"status", to_string(check.status)},
+                          {"directory", check.directory},
+                          {"difference", json_number(check.difference)}};
+  }
   json["answer"] = answer_json(study_answer(result));
   json["conclusions"] = nlohmann::ordered_json::array();
   for (const StudyConclusion& conclusion : study_conclusions(result)) {
