@@ -106,6 +106,10 @@ std::vector<StudyConclusion> study_conclusions(const StudyResult& result);
 
 /// What the search of steps found: for each rule the step that meets the target, and the largest stable one.
 std::vector<std::string> finding_sentences(const StudyResult& result);
+/// What the run on a finer mesh tells; empty without a value.
+std::vector<std::string> mesh_sentences(const StudyResult& result);
+/// StudyAnswer::troubles. Rules with the same reason share a sentence.
+std::vector<std::string> trouble_sentences(const StudyAnswer& answer);
 /// The same as the member `searched` of study.json.
 nlohmann::ordered_json findings_json(const StudyResult& result);
 

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <iterator>
 #include <string>
 #include <utility>
 #include <vector>
@@ -25,6 +24,10 @@ constexpr double kShortTime = 0.05;
 constexpr std::size_t kMostNamed = 5;
 constexpr const char* kProcessorTimes =
     "Costs are processor times, because runs shared the cores of the machine with others.";
+
+void append(Sentences& sentences, const Sentences& more) {
+  sentences.insert(sentences.end(), more.begin(), more.end());
+}
 
 // "verlet with h = 7.2e-5 s (0.9 h_crit)".
 std::string named_run(const StudyRow& row) {
@@ -282,42 +285,6 @@ std::string phase_caution(const StudyAnswer& answer) {
           : "The errors do not grow steadily with the step.");
 }
 
-// Nothing without a value.
-void add_mesh_check(const StudyResult& result, Sentences& sentences) {
-  if (!result.mesh_check) return;
-  const MeshCheck& check = *result.mesh_check;
-  if (check.status != RunStatus::kFinished) {
-    sentences.push_back(
-        fmt::format("The run on the finer mesh with {} tetrahedra did not reach the end ({}), so "
-                    "that the error of the mesh is not known.",
-                    check.tetrahedra, to_string(check.status)));
-  } else if (std::isfinite(check.difference)) {
-    sentences.push_back(
-        fmt::format("The finer mesh with {} tetrahedra differs by {}: steps whose error is much "
-                    "below that gain nothing on this mesh.",
-                    check.tetrahedra, percent(check.difference)));
-  }
-}
-
-// Rules whose runs have the same trouble make one sentence.
-Sentences troubles(const StudyAnswer& answer) {
-  std::vector<std::pair<std::string, Sentences>> rules_with;
-  for (const RuleTrouble& trouble : answer.troubles) {
-    auto same = std::find_if(rules_with.begin(), rules_with.end(),
-                             [&](const auto& each) { return each.first == trouble.reason; });
-    if (same == rules_with.end()) {
-      rules_with.emplace_back(trouble.reason, Sentences{});
-      same = std::prev(rules_with.end());
-    }
-    same->second.push_back(trouble.rule + (trouble.run.empty() ? "" : " (" + trouble.run + ")"));
-  }
-  Sentences sentences;
-  for (const auto& [reason, rules] : rules_with) {
-    sentences.push_back(fmt::format("Runs with {} {}.", enumeration(rules), reason));
-  }
-  return sentences;
-}
-
 Sentences limits(const StudyResult& result, const StudyAnswer& answer) {
   Sentences sentences;
   if (result.is_interrupted) {
@@ -341,7 +308,7 @@ Sentences limits(const StudyResult& result, const StudyAnswer& answer) {
   if (result.reference_status == RunStatus::kFinished && std::isfinite(result.reference_error)) {
     sentences.push_back("The estimate comes " + source_of_error(result, answer));
   }
-  add_mesh_check(result, sentences);
+  append(sentences, mesh_sentences(result));
   if (answer.compares_phase) sentences.push_back(phase_caution(answer));
   if (!answer.has_comparable_costs) {
     sentences.emplace_back(
@@ -466,12 +433,11 @@ std::vector<std::string> answer_sentences(const StudyResult& result, const Study
   sentences.insert(sentences.end(), said.begin(),
                    said.begin() + static_cast<std::ptrdiff_t>(std::min(most, said.size())));
   if (!is_sweep) {
-    for (const Sentences& more : {finding_sentences(result), troubles(answer)}) {
-      sentences.insert(sentences.end(), more.begin(), more.end());
-    }
+    append(sentences, finding_sentences(result));
+    append(sentences, trouble_sentences(answer));
     sentences.push_back(certainty(result, answer));
   }
-  add_mesh_check(result, sentences);
+  append(sentences, mesh_sentences(result));
   if (is_sweep) return sentences;
   if (answer.uses_processor_time) sentences.emplace_back(kProcessorTimes);
   if (answer.compares_phase) sentences.push_back(phase_caution(answer));
