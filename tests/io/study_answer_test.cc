@@ -147,11 +147,104 @@ TEST(StudyAnswer, SaysWhereARuleIsUnstableAndWhyOneFailed) {
   result.rows.back().steps = 7;
   result.rows.back().message = "step 7: no convergence";
   const StudyAnswer answer = study_answer(result);
-  EXPECT_EQ(found_for(answer, 0.1, "verlet").note, "unstable above 7.2e-5 s (0.72 h_crit)");
+  EXPECT_EQ(found_for(answer, 0.1, "verlet").note, "are unstable above 7.2e-5 s (0.72 h_crit)");
   const RuleAnswer& failed = found_for(answer, 0.1, "backward-euler");
   EXPECT_EQ(failed.verdict, StudyVerdict::kFailed);
-  EXPECT_EQ(failed.note, "failed with 1e-3 s at 7e-3 s: step 7: no convergence");
-  expect_part(answer_text(result), "met; unstable above 7.2e-5 s (0.72 h_crit)");
+  EXPECT_EQ(failed.note, "failed: no convergence (h = 1e-3 s (10 h_crit), at 7e-3 s)");
+  result.rows.push_back(row_of(Integrator::kEnergyMomentum, 1e-3, kNone, 0.1));
+  result.rows.back().status = RunStatus::kNotConverged;
+  result.rows.back().steps = 3;
+  result.rows.back().message = "step 3: no convergence";
+  const std::string text = answer_text(result);
+  expect_part(text, " met\n");
+  expect_part(text, " failed\n");
+  expect_part(text, "Runs with verlet are unstable above 7.2e-5 s (0.72 h_crit).");
+  expect_part(
+      text,
+      "Runs with backward-euler (h = 1e-3 s (10 h_crit), at 7e-3 s) and energy-momentum (h = "
+      "1e-3 s (10 h_crit), at 3e-3 s) failed: no convergence.");
+  for (StudyRow& row : result.rows) row.position_error = kNone;
+  result.reference_status = RunStatus::kUnstable;
+  expect_part(answer_text(result), "failed: no convergence.");  // without a table, too
+}
+
+TEST(StudyAnswer, NamesTheLargestStepThatMeetsTheTarget) {
+  StudyResult result = two_rules();
+  result.target = 0.01;
+  result.rows[0].wall_seconds = 0.5;  // the finer run happened to be faster
+  RuleFinding finding;
+  finding.rule = Integrator::kVerlet;
+  finding.target.emplace();
+  finding.target->outcome = TargetOutcome::kMet;
+  finding.target->n = 139;
+  finding.target->trial.error = 4e-3;
+  result.findings = {finding};
+  EXPECT_EQ(found_for(study_answer(result), 0.01, "verlet").run, &result.rows[1]);
+  EXPECT_EQ(found_for(study_answer(result), 0.01, "verlet").cost, 1.0);
+  const std::string text = answer_text(result);
+  expect_part(text, "1 %          verlet      7.2e-5");
+  expect_part(text, "the cheapest run is verlet with h = 7.2e-5 s (0.72 h_crit)");
+  expect_part(text, "Verlet meets 1 % with h = 7.19e-5 s");
+}
+
+TEST(StudyAnswer, HasARuleForEachSettings) {
+  StudyResult result = two_rules();
+  StudyRow loose = row_of(Integrator::kMidpoint, 1.2e-3, 9e-3, 10.0);
+  loose.settings = "solver.tolerance=1e-6";
+  loose.observed_order = kNone;
+  result.rows.push_back(loose);
+  loose.step = 2.4e-3;
+  loose.observed_order = 2.0;
+  loose.position_error = 0.04;
+  result.rows.push_back(loose);
+  const std::string rule = "midpoint, solver.tolerance=1e-6";
+  const StudyAnswer answer = study_answer(result);
+  EXPECT_EQ(found_for(answer, 0.01, rule).run, &result.rows[4]);
+  EXPECT_EQ(found_for(answer, 0.01, "midpoint").run, &result.rows[2]);
+  expect_part(answer_text(result), rule);
+  expect_part(on(result, "Observed orders"),
+              "Midpoint, solver.tolerance=1e-6 has the observed order 2.00");
+  expect_part(study_table(result), "solver.tolerance=1e-6");
+  expect_no_part(study_table(two_rules()), "settings");
+}
+
+TEST(StudyAnswer, ComparesCostsWithinTheirScatter) {
+  StudyResult result = two_rules();
+  result.rows[3].wall_seconds = 1.1;
+  result.rows[1].time_scatter = 0.05;
+  result.rows[3].time_scatter = 0.04;
+  std::string text = answer_text(result);
+  expect_part(text, "its time steps take 1 s, with a scatter of 5 %.");
+  expect_part(text, "Midpoint with h = 3.6e-3 s (36 h_crit) takes 1.1 times as long.");
+  result.rows[3].time_scatter = 0.2;
+  text = answer_text(result);
+  expect_part(text,
+              "Midpoint with h = 3.6e-3 s (36 h_crit) costs the same within the scatter of 22 %.");
+}
+
+TEST(StudyAnswer, ComparesTheErrorsWithThatOfTheMesh) {
+  StudyResult result = two_rules();
+  result.mesh_check.emplace();
+  result.mesh_check->tetrahedra = 384;
+  result.mesh_check->directory = "finer";
+  result.mesh_check->status = RunStatus::kFinished;
+  const auto json = [&] {
+    return nlohmann::json::parse(study_json(result, "scene", {})).at("mesh_check");
+  };
+  expect_no_part(answer_text(result), "finer mesh");
+  EXPECT_TRUE(json().at("difference").is_null());
+  result.mesh_check->difference = 0.031;
+  const std::string sentence =
+      "The finer mesh with 384 tetrahedra differs by 3.1 %: steps whose error is much below that "
+      "gain nothing on this mesh.";
+  expect_part(answer_text(result), sentence);
+  expect_part(on(result, "Limits of the comparison"), sentence);
+  expect_part(study_page(result, StudyPageContents{}), sentence);
+  EXPECT_EQ(json().at("difference"), 0.031);
+  EXPECT_EQ(json().at("directory"), "finer");
+  result.mesh_check->status = RunStatus::kUnstable;
+  expect_part(answer_text(result),
+              "The run on the finer mesh with 384 tetrahedra did not reach the end (unstable)");
 }
 
 TEST(StudyAnswer, UsesProcessorTimeWhereTheMachineWasBusy) {
@@ -244,7 +337,8 @@ TEST(StudyConclusions, AddTheErrorOfTheReference) {
               "No run is certain to reach a position error of 1 %: the reference's own error "
               "is estimated at 9e-3");
   EXPECT_EQ(found_for(study_answer(result), 0.01, "verlet").verdict, StudyVerdict::kNotResolved);
-  expect_part(answer_text(result), "not resolved: the reference's error is 9e-3");
+  expect_part(answer_text(result), " not resolved\n");
+  expect_part(answer_text(result), "whose own error is estimated at 9e-3.");
 }
 
 TEST(StudyConclusions, SayWhatIsNotKnownOfTheReference) {

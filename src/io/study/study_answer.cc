@@ -64,6 +64,9 @@ class Facts {
         for (const double target : kTargets) answer_.targets.push_back(for_target(target));
       }
     }
+    for (const std::string& rule : rules_) {
+      if (auto trouble = trouble_of(rule)) answer_.troubles.push_back(std::move(*trouble));
+    }
     judge_rules();
     return answer_;
   }
@@ -108,7 +111,9 @@ class Facts {
   RuleAnswer of_rule(const std::string& rule, double target) const {
     RuleAnswer answer;
     answer.rule = rule;
-    answer.note = trouble_of(rule);
+    if (const auto trouble = trouble_of(rule)) {
+      answer.note = trouble->reason + (trouble->run.empty() ? "" : " (" + trouble->run + ")");
+    }
     for (const StudyRow* row : compared_) {
       if (rule_name(*row) != rule) continue;
       const double error = error_of(*row);
@@ -118,7 +123,7 @@ class Facts {
       if (answer.run != nullptr && verdict > answer.verdict) continue;
       const bool is_better =
           answer.run == nullptr || verdict < answer.verdict ||
-          (verdict == StudyVerdict::kMet ? is_cheaper(*row, *answer.run) : error < answer.error);
+          (verdict == StudyVerdict::kMet ? is_larger(*row, *answer.run) : error < answer.error);
       if (is_better) {
         answer.verdict = verdict;
         answer.run = row;
@@ -130,16 +135,13 @@ class Facts {
     return answer;
   }
 
-  // Among runs without a known cost that with the longest step is the cheapest.
-  bool is_cheaper(const StudyRow& a, const StudyRow& b) const {
-    const double cost_a = cost_of(a);
-    const double cost_b = cost_of(b);
-    if (std::isfinite(cost_a) != std::isfinite(cost_b)) return std::isfinite(cost_a);
-    return std::isfinite(cost_a) ? cost_a < cost_b : a.step > b.step;
+  // A run whose cost is not known cannot be compared with those of other rules.
+  bool is_larger(const StudyRow& a, const StudyRow& b) const {
+    const bool is_known = std::isfinite(cost_of(a));
+    return is_known == std::isfinite(cost_of(b)) ? a.step > b.step : is_known;
   }
 
-  // "unstable above 7.2e-5 s (0.72 h_crit)", or the first failure with its time and reason.
-  std::string trouble_of(const std::string& rule) const {
+  std::optional<RuleTrouble> trouble_of(const std::string& rule) const {
     const StudyRow* longest = nullptr;   // that reached the end
     const StudyRow* shortest = nullptr;  // that became unstable
     const StudyRow* failed = nullptr;
@@ -153,17 +155,17 @@ class Facts {
         failed = row;
       }
     }
-    const auto step = [](const StudyRow& row) {
-      return short_number(row.step) + " s" + in_limits(row);
-    };
     if (shortest != nullptr && longest != nullptr && longest->step < shortest->step) {
-      return "unstable above " + step(*longest);
+      return RuleTrouble{rule, "", "are unstable above " + step_text(*longest)};
     }
-    if (shortest != nullptr) return "unstable from " + step(*shortest);
-    if (failed == nullptr) return {};
-    return fmt::format("failed with {} s at {} s: {}", short_number(failed->step),
-                       short_number(failed->step * static_cast<double>(failed->steps)),
-                       failed->message);
+    const StudyRow* row = shortest != nullptr ? shortest : failed;
+    if (row == nullptr) return {};
+    const std::string reason = reason_of(*row);
+    return RuleTrouble{rule,
+                       fmt::format("h = {}, at {} s", step_text(*row),
+                                   short_number(row->step * static_cast<double>(row->steps))),
+                       (shortest != nullptr ? "became unstable" : "failed") +
+                           (reason.empty() ? "" : ": " + reason)};
   }
 
   // Orders, and whether errors fall with the step as those of a converging rule.
@@ -322,6 +324,7 @@ nlohmann::ordered_json json_of(const RuleAnswer& rule) {
     json["step"] = rule.run->step;
     json["step_over_stable_step"] = json_number(rule.run->step / rule.run->stable_step);
     json["max_relative_energy_drift"] = json_number(rule.run->max_relative_energy_drift);
+    json["time_scatter"] = json_number(rule.run->time_scatter);
     json["directory"] = rule.run->directory;
   }
   return json;

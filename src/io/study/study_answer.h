@@ -24,11 +24,18 @@ struct RuleAnswer {
   std::string rule;
   StudyVerdict verdict = StudyVerdict::kFailed;
   const StudyRow* run =
-      nullptr;  ///< the cheapest that meets the target, or that with the smallest error
+      nullptr;  ///< that with the largest step that meets the target, or with the smallest error
   double error = 0.0;
   double cost = 0.0;           ///< s; NaN if it is not known
   double relative_cost = 0.0;  ///< to the cheapest of all rules; NaN unless the target is met
   std::string note;            ///< where the rule is unstable, or when and why it failed
+};
+
+/// Where a rule is unstable, or its first run that failed.
+struct RuleTrouble {
+  std::string rule;
+  std::string run;     ///< "h = 1e-3 s (10 h_crit), at 7e-3 s"; empty if it does not matter
+  std::string reason;  ///< what its runs did, as the end of a sentence: "failed: no convergence"
 };
 
 struct TargetAnswer {
@@ -68,6 +75,7 @@ struct StudyAnswer {
   std::string error;  ///< "position error", "error of the probe tip"
   std::vector<TargetAnswer>
       targets;  ///< 10, 1 and 0.1 %, or StudyResult::target, of the first variant
+  std::vector<RuleTrouble> troubles;  ///< of the first variant
   std::vector<OrderSeen> orders;
   double reference_error = 0.0;  ///< NaN if it is not known
   /// A rule whose two finest runs agree better with each other than with the reference. Empty if there is none.
@@ -98,6 +106,10 @@ std::vector<StudyConclusion> study_conclusions(const StudyResult& result);
 
 /// What the search of steps found: for each rule the step that meets the target, and the largest stable one.
 std::vector<std::string> finding_sentences(const StudyResult& result);
+/// What the run on a finer mesh tells; empty without a value.
+std::vector<std::string> mesh_sentences(const StudyResult& result);
+/// StudyAnswer::troubles. Rules with the same reason share a sentence.
+std::vector<std::string> trouble_sentences(const StudyAnswer& answer);
 /// The same as the member `searched` of study.json.
 nlohmann::ordered_json findings_json(const StudyResult& result);
 /// The same again, for a study that ends at `end`. Throws nlohmann::json::exception or InputError for another kind of

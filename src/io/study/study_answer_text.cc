@@ -17,23 +17,12 @@ namespace {
 
 // With the head of the table and the sentences the terminal shows at most 40 lines.
 constexpr std::size_t kMostLines = 26;
-constexpr std::size_t kMostOfNote = 60;  // characters on the terminal
 
 bool has_equal_runs(const TargetAnswer& a, const TargetAnswer& b) {
   return std::equal(a.rules.begin(), a.rules.end(), b.rules.begin(), b.rules.end(),
                     [](const RuleAnswer& x, const RuleAnswer& y) {
                       return x.verdict == y.verdict && x.run == y.run;
                     });
-}
-
-std::string verdict_text(const RuleAnswer& rule, const StudyAnswer& answer, std::size_t most) {
-  std::string text = to_string(rule.verdict);
-  if (rule.verdict == StudyVerdict::kNotResolved) {
-    text += fmt::format(": the reference's error is {}", short_number(answer.reference_error));
-  }
-  if (rule.note.empty()) return text;
-  const std::string note = most > 0 ? excerpt(rule.note, most) : rule.note;
-  return rule.verdict == StudyVerdict::kFailed ? note : text + "; " + note;
 }
 
 void add_columns(StudyGrid& grid) {
@@ -51,7 +40,7 @@ void add_cells(StudyGrid& grid, const RuleAnswer* rule, double cost) {
 }
 
 // A line for each rule and target. Targets with the same lines are named together.
-StudyGrid grid_of_rules(const StudyAnswer& answer, std::size_t most_of_note, bool repeats) {
+StudyGrid grid_of_rules(const StudyAnswer& answer, bool repeats) {
   StudyGrid grid;
   grid.column("error below", true);
   grid.column("rule", true);
@@ -73,7 +62,7 @@ StudyGrid grid_of_rules(const StudyAnswer& answer, std::size_t most_of_note, boo
       grid.text(rule.rule);
       add_cells(grid, &rule, rule.relative_cost);
       grid.number(rule.run != nullptr ? rule.run->max_relative_energy_drift : std::nan(""));
-      grid.text(verdict_text(rule, answer, most_of_note));
+      grid.text(to_string(rule.verdict));
     }
   }
   return grid;
@@ -100,9 +89,10 @@ StudyGrid grid_of_variants(const StudyAnswer& answer, std::size_t most) {
     const bool is_measured = rule != nullptr && first != nullptr;
     add_cells(grid, rule, is_measured ? rule->cost / first->cost : variant.least_cost_ratio);
     const bool is_own = !variant.answer.rules.empty();
-    grid.text(rule != nullptr ? fmt::format("met: {} %", short_number(100 * variant.answer.target))
-              : is_own ? fmt::format("not met: {} %", short_number(100 * variant.answer.target))
-                       : "the reference of another one");
+    const StudyVerdict verdict = rule != nullptr ? StudyVerdict::kMet : StudyVerdict::kNotMet;
+    grid.text(is_own ? fmt::format("{}: {} %", to_string(verdict),
+                                   short_number(100 * variant.answer.target))
+                     : "the reference of another one");
   }
   return grid;
 }
@@ -116,7 +106,7 @@ StudyGrid answer_grid(const StudyResult& result, const StudyAnswer& answer, bool
                       bool repeats) {
   return is_sweep(result, answer)
              ? grid_of_variants(answer, is_terminal ? kMostLines : answer.variants.size())
-             : grid_of_rules(answer, is_terminal ? kMostOfNote : 0, repeats);
+             : grid_of_rules(answer, repeats);
 }
 
 // At most so many lines, and how many more there are.

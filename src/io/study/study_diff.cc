@@ -59,6 +59,7 @@ StudyDiffRow row_of(const SortedJson& run, const StudyMembers& read) {
     row.numbers[field->name] = value == 0.0 && field->is_in(kIsError) ? kNoChange : value;
   }
   // Older versions do not write these.
+  row.settings = text_of(run, "settings");
   row.processor = text_of(run, "processor");
   row.shares_machine = text_of(run, "timing") == "shared";
   const double threads = number_in(run, "threads");
@@ -83,9 +84,13 @@ std::string reference_text(const SortedJson& reference, bool has_probe, const St
   return is_extrapolated ? "Richardson extrapolation of " + text : text;
 }
 
+std::string rule_of(const StudyDiffRow& row) {
+  return row.integrator + (row.settings.empty() ? "" : ", " + row.settings);
+}
+
 bool is_same_run(const StudyDiffRow& a, const StudyDiffRow& b) {
   return a.variant == b.variant && a.integrator == b.integrator && a.solver == b.solver &&
-         std::abs(a.step - b.step) <= kSameStep * a.step;
+         a.settings == b.settings && std::abs(a.step - b.step) <= kSameStep * a.step;
 }
 
 // The members whose differences are shown: all but the wall time, of which it is the ratio.
@@ -174,7 +179,7 @@ std::string rows_only_in(char letter, const std::vector<StudyDiffRow>& rows) {
   if (rows.empty()) return {};
   std::string text = fmt::format("\nonly in {}:\n", letter);
   for (const StudyDiffRow& row : rows) {
-    text += fmt::format("  {:<16}{:<8}{:>10.4g}{}\n", excerpt(row.integrator),
+    text += fmt::format("  {:<16}{:<8}{:>10.4g}{}\n", excerpt(rule_of(row)),
                         row.solver.empty() ? "-" : excerpt(row.solver), row.step,
                         row.variant.empty() ? "" : "  " + excerpt(row.variant));
   }
@@ -196,7 +201,8 @@ OrderedJson json_key(const StudyDiffRow& row) {
   return {{"variant", row.variant},
           {"integrator", row.integrator},
           {"step", row.step},
-          {"solver", row.solver}};
+          {"solver", row.solver},
+          {"settings", row.settings}};
 }
 
 OrderedJson json_values(const StudyDiffRow& row) {
@@ -287,7 +293,7 @@ std::string study_diff_table(const StudyDiff& diff) {
       grid.line(excerpt(a.variant) + ":");
     }
     grid.row();
-    grid.text(a.integrator);
+    grid.text(rule_of(a));
     grid.text(a.solver);
     grid.number(a.step, "{:.4g}");
     grid.text(a.status == b.status ? a.status : a.status + ", " + b.status);

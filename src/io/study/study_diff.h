@@ -13,6 +13,7 @@ struct StudyDiffRow {
   std::string integrator;
   double step = 0.0;  ///< s
   std::string solver;
+  std::string settings;  ///< of a rule of its own
   std::string status;
   std::map<std::string, double> numbers;  ///< the members kInDiff; NaN if they are not known
   std::string processor;
@@ -33,7 +34,7 @@ struct StudyFile {
   std::vector<StudyDiffRow> rows;
 };
 
-/// Rows of two studies that have the same variant, integrator, step (to a relative 1e-9) and solver.
+/// Rows of two studies that have the same variant, integrator, settings, step (to a relative 1e-9) and solver.
 struct StudyDiffPair {
   StudyDiffRow a;
   StudyDiffRow b;

@@ -62,7 +62,7 @@ const std::array kFields{
     StudyField{"processor", &Row::processor, kFiles},
     StudyField{"cores", &Row::cores, kFiles},
     StudyField{"threads", &Row::threads, kFiles},
-    StudyField{"settings", &Row::settings, kFiles | kOnPage, 3, "settings"},
+    StudyField{"settings", &Row::settings, kFiles | kTables, 3, "settings"},
     StudyField{"repeats", &Row::repeats, kFiles},
     StudyField{"time_scatter", &Row::time_scatter, kFiles},
     StudyField{"version", {}, kInCsv},

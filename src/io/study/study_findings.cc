@@ -4,7 +4,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <limits>
+#include <utility>
 
 #include "study_answer.h"
 #include "study_names.h"
@@ -115,6 +117,42 @@ std::vector<std::string> finding_sentences(const StudyResult& result) {
     if (finding.stable && finding.stable->runs > 0) {
       sentences.push_back(stable_sentence(result, finding.rule, *finding.stable));
     }
+  }
+  return sentences;
+}
+
+std::vector<std::string> mesh_sentences(const StudyResult& result) {
+  std::vector<std::string> sentences;
+  if (!result.mesh_check) return sentences;
+  const MeshCheck& check = *result.mesh_check;
+  if (check.status != RunStatus::kFinished) {
+    sentences.push_back(
+        fmt::format("The run on the finer mesh with {} tetrahedra did not reach the end ({}), so "
+                    "that the error of the mesh is not known.",
+                    check.tetrahedra, to_string(check.status)));
+  } else if (std::isfinite(check.difference)) {
+    sentences.push_back(
+        fmt::format("The finer mesh with {} tetrahedra differs by {}: steps whose error is much "
+                    "below that gain nothing on this mesh.",
+                    check.tetrahedra, short_number(100.0 * check.difference) + " %"));
+  }
+  return sentences;
+}
+
+std::vector<std::string> trouble_sentences(const StudyAnswer& answer) {
+  std::vector<std::pair<std::string, std::vector<std::string>>> rules_with;
+  for (const RuleTrouble& trouble : answer.troubles) {
+    auto same = std::find_if(rules_with.begin(), rules_with.end(),
+                             [&](const auto& each) { return each.first == trouble.reason; });
+    if (same == rules_with.end()) {
+      rules_with.emplace_back(trouble.reason, std::vector<std::string>{});
+      same = std::prev(rules_with.end());
+    }
+    same->second.push_back(trouble.rule + (trouble.run.empty() ? "" : " (" + trouble.run + ")"));
+  }
+  std::vector<std::string> sentences;
+  for (const auto& [reason, rules] : rules_with) {
+    sentences.push_back(fmt::format("Runs with {} {}.", enumeration(rules), reason));
   }
   return sentences;
 }

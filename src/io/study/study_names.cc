@@ -78,15 +78,23 @@ std::string capitalised(std::string text) {
   return text;
 }
 
+namespace {
+
+std::string rule_with_settings(const StudyRow& row) {
+  return to_string(row.integrator) + (row.settings.empty() ? "" : ", " + row.settings);
+}
+
+}  // namespace
+
 std::string rule_name(const StudyRow& row) {
-  const std::string rule = to_string(row.integrator);
+  const std::string rule = rule_with_settings(row);
   return row.compares_solver ? rule + " (" + row.solver + ")" : rule;
 }
 
 std::string run_label(const StudyRow& row) {
   std::string tags = row.variant;
   if (row.compares_solver) tags += (tags.empty() ? "" : ", ") + row.solver;
-  const std::string rule = to_string(row.integrator);
+  const std::string rule = rule_with_settings(row);
   return tags.empty() ? rule : rule + " (" + tags + ")";
 }
 
@@ -95,6 +103,22 @@ std::string in_limits(const StudyRow& row) {
   if (!std::isfinite(ratio) || !(ratio > 0.0)) return {};
   return fmt::format(" ({} h_crit)",
                      ratio < 1e3 ? short_number(ratio) : fmt::format("{:.0f}", ratio));
+}
+
+std::string step_text(const StudyRow& row) {
+  return short_number(row.step) + " s" + in_limits(row);
+}
+
+std::string reason_of(const StudyRow& row) {
+  std::string reason = row.message;
+  if (reason.starts_with("step ")) {
+    const auto end = reason.find_first_not_of("0123456789", 5);
+    if (end != std::string::npos && end > 5 && reason.compare(end, 2, ": ") == 0) {
+      reason.erase(0, end + 2);
+    }
+  }
+  if (reason.ends_with('.')) reason.pop_back();
+  return reason;
 }
 
 std::string error_name(const StudyResult& result) {

@@ -18,8 +18,9 @@ std::string short_number(double value);
 /// The text with a capital at the beginning.
 std::string capitalised(std::string text);
 
-/// The integrator of a run and the solver if that is compared: "midpoint (ceres)". Runs with the same name
-/// differ in the step and the variant only.
+/// The integrator of a run with the settings of its rule, and the solver if that is compared:
+/// "midpoint, solver.tolerance=1e-6", "midpoint (ceres)". Runs with the same name differ in the step
+/// and the variant only.
 std::string rule_name(const StudyRow& row);
 
 /// rule_name() with the variant.
@@ -27,6 +28,13 @@ std::string run_label(const StudyRow& row);
 
 /// " (0.9 h_crit)", or nothing without a stability limit.
 std::string in_limits(const StudyRow& row);
+
+/// "7.2e-5 s (0.9 h_crit)".
+std::string step_text(const StudyRow& row);
+
+/// Why the run did not reach the end, without the number of the step and a full stop. Empty if it is
+/// not known.
+std::string reason_of(const StudyRow& row);
 
 /// "position error", "error of the probe tip", "error of the peak of the probe tip".
 std::string error_name(const StudyResult& result);

@@ -25,9 +25,13 @@ constexpr std::size_t kMostNamed = 5;
 constexpr const char* kProcessorTimes =
     "Costs are processor times, because runs shared the cores of the machine with others.";
 
+void append(Sentences& sentences, const Sentences& more) {
+  sentences.insert(sentences.end(), more.begin(), more.end());
+}
+
 // "verlet with h = 7.2e-5 s (0.9 h_crit)".
 std::string named_run(const StudyRow& row) {
-  return fmt::format("{} with h = {} s{}", run_label(row), short_number(row.step), in_limits(row));
+  return fmt::format("{} with h = {}", run_label(row), step_text(row));
 }
 
 // Two digits are as many as single measurements have.
@@ -93,6 +97,17 @@ std::string not_met(const StudyAnswer& answer, const TargetAnswer& target) {
                      short_number(closest->error), named_run(*closest->run));
 }
 
+// Of the second rule beside the best one. A known scatter decides whether their costs differ.
+std::string compared_cost(const RuleAnswer& best, const RuleAnswer& second) {
+  const double scatter =
+      std::fmax(best.run->time_scatter * best.cost, second.run->time_scatter * second.cost);
+  if (second.cost - best.cost <= scatter) {
+    return fmt::format(" costs the same within the scatter of {}.", percent(scatter / best.cost));
+  }
+  if (std::isnan(scatter) && second.relative_cost < 1.2) return " takes about the same time.";
+  return fmt::format(" takes {} times as long.", two_digits(second.relative_cost));
+}
+
 // One sentence for each group of targets with the same cheapest run.
 Sentences cost(const StudyAnswer& answer) {
   Sentences sentences;
@@ -115,18 +130,16 @@ Sentences cost(const StudyAnswer& answer) {
     while (i + 1 < answer.targets.size() && has_equal_choice(answer.targets[i + 1], target)) {
       targets.push_back(percent(answer.targets[++i].target));
     }
-    has_short_times = has_short_times || best->cost < kShortTime;
+    const double scatter = best->run->time_scatter;
+    has_short_times = has_short_times || (best->cost < kShortTime && !std::isfinite(scatter));
     std::string text = fmt::format(
-        "For {} of {} the cheapest run is {}: its error is {}, and its time steps take {} s{}.",
+        "For {} of {} the cheapest run is {}: its error is {}, and its time steps take {} s{}{}.",
         with_article(answer.error), enumeration(targets), named_run(*best->run),
         short_number(best->error), short_number(best->cost),
-        answer.uses_processor_time ? " of processor time" : "");
+        answer.uses_processor_time ? " of processor time" : "",
+        std::isfinite(scatter) ? ", with a scatter of " + percent(scatter) : "");
     if (const RuleAnswer* second = second_of(target)) {
-      text +=
-          second->relative_cost < 1.2
-              ? fmt::format(" {} takes about the same time.", capitalised(named_run(*second->run)))
-              : fmt::format(" {} takes {} times as long.", capitalised(named_run(*second->run)),
-                            two_digits(second->relative_cost));
+      text += ' ' + capitalised(named_run(*second->run)) + compared_cost(*best, *second);
     }
     sentences.push_back(text);
   }
@@ -160,7 +173,7 @@ Sentences failures(const StudyResult& result) {
     } else if (row.status == RunStatus::kUnstable && is_explicit_above) {
       const std::string name = run_label(row);
       if (above.empty() || above.back().first != name) above.push_back({name, {}});
-      above.back().second.push_back(short_number(row.step) + " s" + in_limits(row));
+      above.back().second.push_back(step_text(row));
     } else {
       others.push_back(
           fmt::format("{} {}: {}{}", capitalised(named_run(row)),
@@ -187,18 +200,18 @@ Sentences failures(const StudyResult& result) {
 Sentences orders(const StudyAnswer& answer) {
   Sentences sentences;
   for (std::size_t i = 0; i < answer.orders.size();) {
-    const Integrator rule = answer.orders[i].coarser->integrator;
-    const int theory = order(rule);
+    const std::string rule = rule_name(*answer.orders[i].coarser);
+    const int theory = order(answer.orders[i].coarser->integrator);
     Sentences numbers;
     bool agrees = true;
-    for (; i < answer.orders.size() && answer.orders[i].coarser->integrator == rule; ++i) {
+    for (; i < answer.orders.size() && rule_name(*answer.orders[i].coarser) == rule; ++i) {
       const auto& [finer, coarser] = answer.orders[i];
       agrees = agrees && std::abs(coarser->observed_order - theory) <= kOrderTolerance;
       numbers.push_back(fmt::format("{:.2f} between {} s and {} s", coarser->observed_order,
                                     short_number(finer->step), short_number(coarser->step)));
     }
     sentences.push_back(fmt::format("{} has the observed order {}; the theoretical order is {}{}.",
-                                    capitalised(to_string(rule)), enumeration(numbers), theory,
+                                    capitalised(rule), enumeration(numbers), theory,
                                     agrees ? "" : ", which these errors do not show"));
   }
   return sentences;
@@ -297,6 +310,7 @@ Sentences limits(const StudyResult& result, const StudyAnswer& answer) {
   if (result.reference_status == RunStatus::kFinished && std::isfinite(result.reference_error)) {
     sentences.push_back("The estimate comes " + source_of_error(result, answer));
   }
+  append(sentences, mesh_sentences(result));
   if (answer.compares_phase) sentences.push_back(phase_caution(answer));
   if (!answer.has_comparable_costs) {
     sentences.emplace_back(
@@ -420,10 +434,13 @@ std::vector<std::string> answer_sentences(const StudyResult& result, const Study
   const std::size_t most = is_sweep ? kMostNamed : 1;
   sentences.insert(sentences.end(), said.begin(),
                    said.begin() + static_cast<std::ptrdiff_t>(std::min(most, said.size())));
+  if (!is_sweep) {
+    append(sentences, finding_sentences(result));
+    append(sentences, trouble_sentences(answer));
+    sentences.push_back(certainty(result, answer));
+  }
+  append(sentences, mesh_sentences(result));
   if (is_sweep) return sentences;
-  const Sentences found = finding_sentences(result);
-  sentences.insert(sentences.end(), found.begin(), found.end());
-  sentences.push_back(certainty(result, answer));
   if (answer.uses_processor_time) sentences.emplace_back(kProcessorTimes);
   if (answer.compares_phase) sentences.push_back(phase_caution(answer));
   return sentences;

@@ -123,7 +123,11 @@ StudyGrid grid_of_runs(const StudyResult& result) {
   const std::map<std::string, std::size_t> places = references_of_variants(result);
   std::vector<const StudyField*> fields = shown_fields(kInTable);
   std::erase_if(fields, [&](const StudyField* field) {
-    return result.error_probe.empty() && std::string_view(field->name) == "probe_error";
+    const std::string_view name = field->name;
+    return (name == "probe_error" && result.error_probe.empty()) ||
+           (name == "settings" &&
+            std::all_of(result.rows.begin(), result.rows.end(),
+                        [](const StudyRow& row) { return row.settings.empty(); }));
   });
   StudyGrid grid;
   for (const StudyField* field : fields) grid.column(field->heading, !field->is_number());
