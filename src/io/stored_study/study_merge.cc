@@ -73,10 +73,12 @@ MergedStudy::MergedStudy(const std::vector<std::string>& directories) : director
   result_.target = studies_.front().result.target;
   for (const StoredStudy& study : studies_) {
     if (study.result.target != result_.target) result_.target.reset();
+    if (!result_.mesh_check) result_.mesh_check = study.result.mesh_check;
     for (const RuleFinding& finding : study.result.findings) {
-      const bool is_known =
-          std::any_of(result_.findings.begin(), result_.findings.end(),
-                      [&](const RuleFinding& other) { return other.rule == finding.rule; });
+      const bool is_known = std::any_of(
+          result_.findings.begin(), result_.findings.end(), [&](const RuleFinding& other) {
+            return other.rule == finding.rule && other.settings == finding.settings;
+          });
       if (!is_known) result_.findings.push_back(finding);
     }
   }

@@ -91,6 +91,7 @@ class StudyReader {
       result_.findings = checked(
           read_, "searched", [&] { return findings_from_json(json_["searched"], result_.end); });
     }
+    if (json_.contains("mesh_check")) result_.mesh_check = mesh_check();
     std::size_t first = 0;
     for (const ForeignJson& probe : read_.list(json_, "probes")) {
       const StudyMembers read = read_.in("in \"probes\", ");
@@ -101,6 +102,22 @@ class StudyReader {
           {read.text(probe, "name"), *quantity, first, read.texts(probe, "columns")});
       first += result_.probes.back().size();
     }
+  }
+
+  MeshCheck mesh_check() const {
+    const StudyMembers read = read_.in("in \"mesh_check\", ");
+    const ForeignJson& json = json_["mesh_check"];
+    read.require_object(json);
+    constexpr std::size_t kMost = 1'000'000'000'000;
+    MeshCheck check;
+    check.integrator = integrator(read, json, "integrator");
+    check.step = read.positive(json, "step");
+    check.vertices = static_cast<Index>(read.index(read.member(json, "vertices"), kMost));
+    check.tetrahedra = static_cast<Index>(read.index(read.member(json, "tetrahedra"), kMost));
+    check.status = status(read, json);
+    check.directory = read.folder(json, "directory");
+    check.difference = read.number(json, "difference");
+    return check;
   }
 
   void read_variants() {
