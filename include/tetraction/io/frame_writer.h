@@ -36,7 +36,7 @@ struct FrameFormat {
 /// Writes `frames/frame_NNNNNN.vtu` (NNNNNN: the step) below a directory. `frames.pvd` beside that
 /// folder is valid after every frame: it is written again and renamed into place.
 ///
-/// Of a body in parts (TetMesh::part) each process has a writer, all functions are collective, and a frame is one
+/// If the body is in parts (TetMesh::part), each process has a writer, all functions are collective, and a frame is one
 /// piece of each process, frames/frame_NNNNNN_PPPP.vtu (PPPP: the process), and the file frame_NNNNNN.pvtu that names
 /// the pieces. A vertex that several processes share is a point of each of their pieces; no tetrahedron is in two.
 class FrameWriter {

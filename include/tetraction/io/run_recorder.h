@@ -38,7 +38,7 @@ struct StoredCheckpoint;
 /// link. on_start() throws InputError, before anything is written, if one of these files is an input of the
 /// session: its scene, its mesh, or a table.
 ///
-/// Of a body in parts (TetMesh::part) each process has a recorder, and all of them must run the session with it.
+/// If the body is in parts (TetMesh::part), each process has a recorder, and all of them must run the session with it.
 /// Process 0 writes history.csv, probes.csv, summary.json and checkpoints as above; for a checkpoint it needs memory
 /// for the state of the whole body. Frames, and final.pvtu in place of final.vtu, are in pieces (FrameWriter).
 /// lock_directory(), resume(), on_start() and on_finish() throw OutputError in all processes. on_step() does not: the

@@ -70,7 +70,7 @@ struct TrackScales {
   double at_end = 0.0;
   double over_time = 0.0;  ///< √(mean of |q − X|²), with the same minimum
 };
-/// Of a track that is whole.
+/// The scales of a track that is complete.
 TrackScales scales_of(const MotionTrack& track);
 
 /// Records the track of the run that it observes.
@@ -90,7 +90,7 @@ class MotionRecorder : public Observer {
 
   MotionTrack track_;
   Vector inverse_mass_;
-  // Of the step before a time of the track.
+  // The state at the step before a time of the track.
   double time_ = 0.0;
   Vector position_;
   Vector velocity_;

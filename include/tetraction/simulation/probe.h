@@ -63,7 +63,7 @@ class ProbeSet {
   std::unique_ptr<Impl> impl_;
 };
 
-/// What the summary says of one column.
+/// The statistics of one column in the summary.
 struct ProbeStatistics {
   double min = 0.0, min_time = 0.0;  ///< least value, and the first time that has it, s
   double max = 0.0, max_time = 0.0;

@@ -106,7 +106,7 @@ const Quantity* find_quantity(const std::string& name);
 /// Throws InputError, with the names that there are.
 const Quantity& named_quantity(const std::string& name);
 const Quantity& quantity_of(ProbeQuantity probe);
-/// What the names of components have after the name of the quantity: "_x", "_y", "_z" for a vector, "_xx",
+/// The endings of the names of components after the name of the quantity: "_x", "_y", "_z" for a vector, "_xx",
 /// "_yy", "_zz", "_xy", "_yz", "_xz" for a symmetric tensor, and one empty text for a scalar.
 const std::vector<const char*>& component_endings(ValueShape shape);
 

@@ -36,7 +36,7 @@ using OutcomePrinter = std::function<void(const Session&, const std::string& dir
 /// Makes the session of a scene.
 using SessionMaker = std::function<std::unique_ptr<Session>(const Scene&, TetMesh)>;
 
-/// What a session is made from.
+/// The inputs of a session.
 struct SessionInputs {
   Scene scene;
   std::string directory;            ///< of the results
@@ -51,7 +51,7 @@ SessionInputs session_inputs(const SessionArguments& arguments, Scene scene, boo
 /// Prints what was changed or left out in the inputs unless the command is quiet.
 void print_input_remarks(const SessionArguments& arguments, const SessionInputs& inputs);
 
-/// What differs between one process and several.
+/// The differences between runs of one process and of several.
 struct RunControl {
   Observer& interrupt;             ///< ends the run after a signal
   std::function<int()> stop_code;  ///< the exit code of such a run

@@ -92,7 +92,7 @@ struct RunRecorder::Impl {
   Index checkpoint_every = -1;
   bool leaves_out_checkpoints = false;
   std::optional<RunInputs> inputs;  // made when the first checkpoint needs them
-  // Of process 0.
+  // Only process 0 has these.
   std::optional<DirectoryLock> lock;
   std::optional<RowFile> history;
 

@@ -25,7 +25,7 @@ enum class Stage {
 // One [[event]] that is being written.
 struct Block {
   // Place of the last edit in the reader's order.
-  // Of loads that are added and of changes of the state, the number is that of the kind.
+  // The number is that of the kind for loads that are added and for changes of the state.
   using Place = std::tuple<Stage, std::string, std::optional<std::size_t>>;
   std::optional<Place> last;
   std::vector<std::string> unset;

@@ -41,7 +41,7 @@ ExcitedPeriod period_of_amplitudes(const Scene& scene) {
   return shortest;
 }
 
-// What excites a body, as forces on the vertices.
+// The excitations of a body, as forces on the vertices.
 struct Excitations {
   std::vector<Vector> forces;  // at times of the run, N
   std::vector<Vector> rates;   // of the forces that prescribed vertices cause by their motions, N/s

@@ -67,7 +67,7 @@ class Targets {
     std::string where;
   };
 
-  // Of a [[constraint]] that is no distance.
+  // A [[constraint]] that is no distance.
   struct Other {
     std::set<Index> vertices;
     bool is_handle = false;  // a free one

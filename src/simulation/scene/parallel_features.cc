@@ -32,7 +32,7 @@ void check_solver_of_parts(const SolverSettings& solver, const std::string& wher
   }
 }
 
-// What an event may change.
+// Checks whether runs in several processes allow the edits of an event.
 struct EditCheck {
   const std::string& where;
 

@@ -1,4 +1,4 @@
-// What a run in several processes lacks.
+// Refuses scenes with features that runs in several processes lack.
 #pragma once
 
 #include "tetraction/simulation/session.h"

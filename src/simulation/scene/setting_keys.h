@@ -142,7 +142,7 @@ struct SceneSection {
   /// of this section. Null if there is none.
   const SceneSection& (*beside)() = nullptr;
   void* (*settings_beside)(void*) = nullptr;
-  /// What to give in a scene that lacks the section. Null if a scene may lack it.
+  /// The key to give in a scene that lacks the section. Null if a scene may lack it.
   const char* needed = nullptr;
 
   /// Null if there is no such key.
@@ -182,7 +182,7 @@ const std::vector<ScenePart>& scene_parts();
 void put_sections(const ChangeableSections& sections, MechanicalSystem& system,
                   const std::vector<AmplitudeSettings>& amplitudes);
 
-/// What there is to say of the key that a member holds: key_info(&Damping::drag).
+/// The description of the key that a member holds: key_info(&Damping::drag).
 template <class Settings, class Value>
 const KeyInfo& key_info(Value Settings::*member) {
   const SceneSection& section = section_of<Settings>();

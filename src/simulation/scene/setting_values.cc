@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::int64_t kMostInteger = std::numeric_limits<std::int64_t>::max();
 
-// What a value is, for messages.
+// The kind of a value, for messages.
 std::string_view kind_of(const Json& node) {
   if (node.is_object()) return "a table";
   if (node.is_array()) return "a list";

@@ -21,7 +21,7 @@ struct EnumNames<Integrator> {
   inline static const std::vector<const char*> names = integrator_names();
 };
 
-/// What there is to know of the values of one C++ type: the name of the type in the documents, the
+/// The description of the values of one C++ type: the name of the type in the documents, the
 /// value in files, and its check. The specialisations are in setting_values.cc.
 template <class T>
 struct ValueKind {
@@ -71,16 +71,16 @@ struct ValueKind<Enum> {
   static void check(Enum, const NumberRange&, const std::string&) {}
 };
 
-/// Of NumberOrAuto: refuses a text that is not "auto".
+/// Refuses a text that is not "auto", for NumberOrAuto.
 [[noreturn]] void refuse_word(const std::string& word, const NumberRange& range,
                               const Refusal& refuse);
-/// Of NumberOrArray: the name of its type, a list of 1 to `most` entries, the name in an entry
+/// For NumberOrArray: the name of its type, a list of 1 to `most` entries, the name in an entry
 /// { array = "…" }, and an entry that is a number.
 std::string list_type(int most, bool takes_number);
 void check_list(const Json& node, int most, const Refusal& refuse);
 std::string array_of(const Json& entry, const Refusal& refuse);
 double entry_of(const Json& entry, const NumberRange& range, const Refusal& refuse);
-/// Of VectorOrField: throws InputError if there are both a file and a formula.
+/// Throws InputError if a VectorOrField has both a file and a formula.
 void check_field(const FieldSettings& field, const std::string& name);
 
 /// The value of one member.
@@ -323,7 +323,7 @@ class DocumentedValue : public ValueOf<S> {
   const char* type_;
 };
 
-/// What of a key depends on the other settings: the functions of SceneKey, or null.
+/// Functions of SceneKey that tell how a key depends on the other settings, or null.
 template <class S>
 struct KeyUse {
   bool (*used)(const S&) = nullptr;

@@ -59,7 +59,7 @@ HistoryColumns::HistoryColumns(const Session& session)
   const bool is_static = session.load_path() != nullptr;
   const auto name = [this](auto... names) { (names_.emplace_back(names), ...); };
   name("step", "time");
-  // An equilibrium has no motion, and what entered depends on the way of loading.
+  // An equilibrium has no motion, and what entered depends on how the loads were applied.
   if (!is_static) name("kinetic_energy");
   name("elastic_energy", "environment_energy", "total_energy");
   if (!is_static) {

@@ -44,7 +44,7 @@ struct Renewal {
 class Undo {
  public:
   void add(std::function<void()> step) { steps_.push_back(std::move(step)); }
-  // Of a value of the settings that is about to change.
+  // Keeps a value of the settings that is about to change.
   template <class Value>
   void keep(Value& value) {
     add([&value, old = value] { value = old; });

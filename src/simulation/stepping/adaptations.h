@@ -10,7 +10,7 @@
 
 namespace tetraction {
 
-/// A way of adapting steps: its strategy, and what the rest of the program says about it.
+/// An adaptation of steps: its strategy, and what the rest of the program says about it.
 struct Adaptation {
   StepAdaptation name;
   std::unique_ptr<StepStrategy> (*make_strategy)(RunData& run);
