@@ -134,7 +134,7 @@ TEST(RefinedMesh, KeepsVolumeVerticesAndFields) {
   for (Index v = 0; v < mesh.vertex_count(); ++v) {
     mesh.point_arrays["displacement"].col(v) = 2.0 * mesh.vertices[static_cast<std::size_t>(v)];
   }
-  Group face{"face", 2};
+  Group face{"face", 2, 0, {}, {}};
   for (const auto& triangle : boundary_faces(mesh)) {
     const bool is_at_start = std::all_of(triangle.begin(), triangle.end(), [&](Index v) {
       return mesh.vertices[static_cast<std::size_t>(v)].x() == 0.0;
@@ -145,7 +145,7 @@ TEST(RefinedMesh, KeepsVolumeVerticesAndFields) {
   }
   std::sort(face.vertices.begin(), face.vertices.end());
   face.vertices.erase(std::unique(face.vertices.begin(), face.vertices.end()), face.vertices.end());
-  Group volume{"volume", 3};
+  Group volume{"volume", 3, 0, {}, {}};
   volume.tetrahedra = {1};
   mesh.groups = {face, volume};
 
