@@ -61,9 +61,12 @@ void Balance::enter(const State& state, const StepOutcome& outcome) {
   s.largest_angular_drift =
       std::max(s.largest_angular_drift,
                (s.momenta.angular - s.initial_momenta.angular - s.angular_impulse).norm());
-  // Impulses count, too, because a body that should have moved and did not has a drift.
-  s.linear_scale = std::max({s.linear_scale, s.momenta.linear_scale, s.linear_impulse.norm()});
-  s.angular_scale = std::max({s.angular_scale, s.momenta.angular_scale, s.angular_impulse.norm()});
+  // Impulses count, too, because a body that should have moved and did not has a drift. In a body that is held,
+  // the impulses of loads and reactions cancel up to their round-off.
+  s.linear_scale = std::max(
+      {s.linear_scale, s.momenta.linear_scale, s.linear_impulse.norm(), outcome.impulse_size});
+  s.angular_scale = std::max({s.angular_scale, s.momenta.angular_scale, s.angular_impulse.norm(),
+                              outcome.angular_impulse_size});
 }
 
 double Balance::enter_edit(const State& state) {

@@ -76,23 +76,37 @@ Ogden Ogden::without_volumetric_part() const {
 std::string Ogden::instability() const {
   constexpr int kSteps = 400;
   constexpr double kLargest = 10.0;
+  // Whether the stress at the stretch e^log has the sign that it has near rest.
+  const auto resists = [this](double log) {
+    double slope = 0.0;  // dΨ/d ln λ at the stretches λ, 1/√λ, 1/√λ
+    for (int p = 0; p < parameters_.terms; ++p) {
+      const double exponent = parameters_.alpha[p] * log;
+      slope += parameters_.mu[p] * (std::expm1(exponent) - std::expm1(-0.5 * exponent));
+    }
+    // Terms that overflow say nothing about the sign.
+    return slope * log > 0.0 || !std::isfinite(slope);
+  };
   for (int i = 1; i <= kSteps; ++i) {
     for (const double sign : {1.0, -1.0}) {
-      const double log = sign * i / kSteps * std::log(kLargest);
-      double slope = 0.0;  // dΨ/d ln λ at the stretches λ, 1/√λ, 1/√λ
-      for (int p = 0; p < parameters_.terms; ++p) {
-        const double exponent = parameters_.alpha[p] * log;
-        slope += parameters_.mu[p] * (std::expm1(exponent) - std::expm1(-0.5 * exponent));
+      const double step = sign / kSteps * std::log(kLargest);
+      if (resists(i * step)) continue;
+      double near = (i - 1) * step;  // the material resists from rest up to here
+      double far = i * step;
+      for (int k = 0; k < 50; ++k) {
+        const double middle = 0.5 * (near + far);
+        (resists(middle) ? near : far) = middle;
       }
-      // Terms that overflow say nothing about the sign.
-      if (slope * sign > 0.0 || !std::isfinite(slope)) continue;
+      // The four digits are rounded towards 1, where the stress has not fallen to zero yet.
+      const double stretch = std::exp(near);
+      const double unit = std::pow(10.0, std::floor(std::log10(stretch)) - 3.0);
+      const double told = sign > 0.0 ? std::floor(stretch / unit) : std::ceil(stretch / unit);
       return fmt::format(
-          "the ogden material is unstable: at a stretch of {:.3g} of a uniaxial state its stress "
+          "the ogden material is unstable: at a stretch of {:.4g} of a uniaxial state its stress "
           "has "
           "fallen to zero, and further strain sets energy free. Keep the strains well below that, "
           "or "
           "take terms with mu alpha > 0 only.",
-          std::exp(log));
+          told * unit);
     }
   }
   return {};

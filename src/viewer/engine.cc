@@ -7,6 +7,7 @@
 
 #include "event_edits.h"
 #include "tetraction/core/error.h"
+#include "tetraction/simulation/event_settings.h"
 
 namespace tetraction::viewer {
 namespace {
@@ -178,9 +179,9 @@ void Engine::release() {
 }
 
 void Engine::make_due_events() {
-  const auto due = [this] {  // the same rule as in Session
-    return next_event_ < events_.size() &&
-           events_[next_event_].at <= session_->time() + 1e-6 * session_->time_step();
+  const auto due = [this] {
+    return next_event_ < events_.size() && is_due(events_[next_event_].at, session_->time(),
+                                                  session_->settings().time, session_->time_step());
   };
   while (due()) {
     const EventSettings& event = events_[next_event_++];

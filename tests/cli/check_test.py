@@ -24,6 +24,27 @@ class Check(BeamTest):
         text = self.run_program("check beam.toml").stdout
         self.assertIn("h_crit", text)
 
+    def test_only_laws_of_the_scene_make_it_fail(self):
+        """At this stretch, the limit of gent is exceeded, a law that the scene does not use."""
+        self.write("stretched.toml", tables(
+            mesh=dict(generate=dict(kind="cube", cells=1)), material=dict(model="stvk", mu=4e5, **{"lambda": 1e6}),
+            initial=dict(stretch=[10.0, 0.316, 0.316])))  # fmt: skip
+        rows = {row["material"]: row for row in self.json_of("check stretched.toml")["derivatives"]}
+        self.assertEqual(rows["gent"], {"material": "gent", "defined": False})
+        self.assertTrue(rows["stvk"]["ok"])
+        self.assertIn("not defined there", self.run_program("check stretched.toml").stdout)
+
+    def test_derivatives_near_the_limit_of_a_law(self):
+        """Differences are taken over a small part of the distance to the limit. The last stretch has
+        1 - (I1bar - 3)/jm = 0.01."""
+        for jm, initial in ((1e-3, {}), (1e-6, {}), (1.0, dict(stretch=[1.6713, 0.77352, 0.77352]))):
+            self.write("gent.toml", tables(
+                mesh=dict(generate=dict(kind="cube", cells=1)), material=dict(model="gent", mu=4e5, jm=jm, kappa=1e6),
+                initial=initial))  # fmt: skip
+            row = self.json_of("check gent.toml")["derivatives"][0]
+            self.assertLess(row["force_error"], 1e-7, jm)
+            self.assertLess(row["stiffness_error"], 1e-7, jm)
+
 
 def cubes_msh(places, groups=()):
     """Unit cubes of six tetrahedra each, which share the vertices in which they touch, as an .msh file.

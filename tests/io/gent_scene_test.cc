@@ -43,8 +43,8 @@ TEST_F(GentScene, GivesTheLaw) {
 }
 
 TEST_F(GentScene, RefusesWrongParameters) {
-  expect_refusal("mu = 1\njm = 0\nkappa = 1\n", "material.jm", "1e-10 or more");
-  expect_refusal("mu = 1\njm = -2\nkappa = 1\n", "material.jm", "1e-10 or more");
+  expect_refusal("mu = 1\njm = 0\nkappa = 1\n", "material.jm", "1e-08 or more");
+  expect_refusal("mu = 1\njm = -2\nkappa = 1\n", "material.jm", "1e-08 or more");
   expect_refusal("mu = 1\njm = 9e-11\nkappa = 1\n", "material.jm", "round-off");
   expect_refusal("mu = -1\njm = 2\nkappa = 1\n", "material.mu", "above 0");
   expect_refusal("mu = 1\nkappa = 1\n", "material.jm", "is missing");

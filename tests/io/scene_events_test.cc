@@ -356,6 +356,23 @@ TEST_F(SceneReader, EventsAreToBlameForWhatDoesNotFitTheScene) {
   refused("", "\"material.model\" = \"mooney-rivlin\"", {"ratio"});
 }
 
+TEST_F(SceneReader, EventsSetTables) {
+  const Scene scene = read(kSmall + R"([[force]]
+select = { vertices = [0] }
+total = [0, 0, 1]
+[[event]]
+at = 0.5
+set = { "force.0.select" = { all = true }, "damping.ratio" = { at = 10, value = 0.1 } }
+)");
+  const auto force = edits_of<SetForce>(scene.event.at(0));
+  ASSERT_EQ(force.size(), 1U);
+  EXPECT_TRUE(std::holds_alternative<SelectAll>(force[0].entry.select));
+  ASSERT_EQ(edits_of<SetDamping>(scene.event[0]).size(), 1U);
+  EXPECT_GT(edits_of<SetDamping>(scene.event[0])[0].settings.viscosity, 0.0);
+  expect_refusal(kSmall + "[[event]]\nat = 0.5\nset = { \"time.step\" = { all = true } }\n",
+                 path_ + ":", {"time.step", "table"});
+}
+
 TEST_F(SceneReader, EventsSetOnlyEntriesThatExist) {
   const std::string region =
       "[[material_region]]\nselect = { all = true }\nyoungs_modulus = 1\npoissons_ratio = 0.3\n";

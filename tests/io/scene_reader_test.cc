@@ -421,6 +421,19 @@ TEST_F(SceneReader, MalformedOverridesAreRefused) {
   refused("fix.-1.mode=exact", {"fix is a list"});
 }
 
+// A component of three numbers with defaults can be set alone.
+TEST_F(SceneReader, OverridesSetComponents) {
+  const std::string text =
+      kSmall + "[[force]]\nselect = { all = true }\n[environment]\nkind = \"gravity\"\n";
+  const Scene scene = read(text + "[[event]]\nat = 1\nset = { \"force.0.vector.0\" = 2 }\n",
+                           {"force.0.vector.1=5", "initial.velocity.2=-1",
+                            "environment.direction.0=1", "environment.direction.2=0"});
+  EXPECT_EQ(scene.force.at(0).vector, Vector3(0.0, 5.0, 0.0));
+  EXPECT_EQ(scene.initial.velocity, Vector3(0.0, 0.0, -1.0));
+  EXPECT_EQ(scene.environment.direction.x(), 1.0);
+  EXPECT_EQ(std::get<SetForce>(scene.event.at(0).edits.at(0)).entry.vector, Vector3(2.0, 5.0, 0.0));
+}
+
 TEST_F(SceneReader, OverridesAreToBlameForTheirValues) {
   expect_refusal(kWhole, "--set time.stp=3: unknown key time.stp", {"did you mean step?"},
                  {"time.stp=3"});

@@ -6,6 +6,7 @@
 #include "support/homogeneous_stretches.h"
 #include "tetraction/core/error.h"
 #include "tetraction/dynamics/mechanical_system.h"
+#include "tetraction/dynamics/steppers/stability.h"
 #include "tetraction/dynamics/steppers/stepper.h"
 #include "tetraction/fem/elastic_potential.h"
 #include "tetraction/fem/step_length.h"
@@ -65,8 +66,8 @@ TEST(Gent, IsDefinedBelowItsLimitOnly) {
   EXPECT_NEAR(material.stretch_margin(shear(1.0)), 0.5, 1e-15);
   EXPECT_THROW(Gent(1.0, 0.0, 1.0), InputError);
   EXPECT_THROW(Gent(1.0, -3.0, 1.0), InputError);
-  EXPECT_THROW(Gent(1.0, 0.99e-10, 1.0), InputError);
-  EXPECT_NO_THROW(Gent(1.0, 1e-10, 1.0));
+  EXPECT_THROW(Gent(1.0, 0.99e-8, 1.0), InputError);
+  EXPECT_NO_THROW(Gent(1.0, 1e-8, 1.0));
   EXPECT_THROW(Gent(-1.0, 3.0, 1.0), InputError);
   // The kernels say so, too.
   const TetMesh mesh = generate_box({1, 1, 1}, {2, 2, 2});
@@ -78,6 +79,19 @@ TEST(Gent, IsDefinedBelowItsLimitOnly) {
     for (Index v = 0; v < mesh.vertex_count(); ++v) q[3 * v] += gamma * q[3 * v + 1];
     EXPECT_EQ(potential.value(q, energy).ok(), gamma < 1.412);
     EXPECT_EQ(potential.admissible(q).ok(), gamma < 1.412);
+  }
+}
+
+// At rest the stiffness does not depend on Jm.
+TEST(Gent, TheStabilityLimitAtRestIsThatOfAnyLimit) {
+  const TetMesh mesh = generate_box({2, 1, 1}, {2, 1, 1});
+  const auto limit = [&](double jm) {
+    const MechanicalSystem system(mesh, MaterialField(Gent(4e5, jm, 1e6)), 1000.0);
+    return stability_limit(system, system.rest_state().position).critical_step;
+  };
+  const double expected = limit(1e3);
+  for (const double jm : {Gent::kLeastLimit, 1e-6, 1e-3, 1.0}) {
+    EXPECT_NEAR(limit(jm), expected, 1e-6 * expected) << jm;
   }
 }
 

@@ -81,6 +81,17 @@ TEST(InstabilityWarning, NamesTheStretchAtWhichYeohGivesWay) {
   }
 }
 
+// The stress of this material at the stretches λ, 1/√λ, 1/√λ vanishes where λ⁴ − λ⁻² = 20 (λ² − 1/λ): at 4.4469.
+TEST(InstabilityWarning, NamesTheStretchBeforeOgdenGivesWay) {
+  const Ogden material({1.0, -0.05}, {2.0, 4.0}, 10.0);
+  const auto stress = [](double s) {
+    return s * s - 1.0 / s - 0.05 * (std::pow(s, 4.0) - std::pow(s, -2.0));
+  };
+  const double stretch = number_after(warning_for(material), "at a stretch of ");
+  EXPECT_GT(stress(stretch), 0.0) << stretch;
+  EXPECT_LT(stress(stretch + 1e-3), 0.0) << stretch;
+}
+
 MaterialModel with_volumetric(double mu1, double mu2, double lambda, VolumetricPart part) {
   if (mu2 == 0.0) return NeoHookean(mu1, lambda, part);
   return MooneyRivlin(mu1, mu2, lambda, part);

@@ -136,6 +136,28 @@ TEST(AdaptiveSteps, LandOnEventsAndBecomeSmallerWhereTheBodyStiffens) {
   }
 }
 
+// A pulse of force between two events whose distance is a small part of the step.
+TEST(AdaptiveSteps, LandOnEventsThatAreCloseTogether) {
+  for (const double length : {1e-10, 1e-8, 1e-6}) {
+    Scene scene = adaptive_block(Integrator::kMidpoint, 1e-4, 0.1);
+    ForceSettings load;
+    scene.force.push_back(load);
+    const double begin = 0.0333;
+    const double end = begin + length;
+    load.vector = {1e3, 0.0, 0.0};
+    scene.event.push_back({begin, {SetForce{0, load}}, "{}", "event.0"});
+    load.vector.setZero();
+    scene.event.push_back({end, {SetForce{0, load}}, "{}", "event.1"});
+    FinishedRun session(scene);
+    ASSERT_EQ(session.edits().size(), 2U);
+    EXPECT_EQ(session.edits()[0].time, begin);
+    EXPECT_EQ(session.edits()[1].time, end);
+    const double impulse =
+        1e3 * static_cast<double>(session.system().vertex_count()) * (end - begin);
+    EXPECT_NEAR(session.balance().sums().linear_impulse.x(), impulse, 1e-9 * impulse);
+  }
+}
+
 TEST(AdaptiveSteps, ExplicitRulesStayBelowTheirStabilityLimit) {
   for (const Integrator rule : {Integrator::kExplicit, Integrator::kVerlet}) {
     Scene scene = adaptive_block(rule, 0.5, 2.0);  // the error alone would allow any step

@@ -177,5 +177,37 @@ TEST(ClosedForm, ABarUnderTractionIsUniform) {
   }
 }
 
+// Stretches far from rest, where the stiffness is up to 1e4 times that at rest and round-off of the forces is, too. The
+// stretches along and across solve P₁ = traction and P₂ = 0, in forty digits. Forces of 7e-4 N, the round-off of the
+// second body, move it by 1e-10 of its length.
+TEST(ClosedForm, ABarFarFromRestIsInEquilibriumUpToRoundOff) {
+  struct Case {
+    MaterialModel material;
+    double traction;
+    double along;
+    double across;
+  };
+  const Case cases[] = {
+      {Gent(4e5, 1.0, 1e6), 1e8, 3.80948534784994619520, 1.75846995484542921140},
+      {Ogden({4e5}, {2.0}, 1e6), 1e7, 232.355534265381952523, 0.349206656099503294915}};
+  const TetMesh mesh = generate_box({1.0, 1.0, 1.0}, {1, 1, 1});
+  for (const Case& bar : cases) {
+    for (const double increment : {1.0, 0.01}) {
+      MechanicalSystem system(mesh, bar.material, 1000.0);
+      system.set_constraints(symmetric(system));
+      system.add_force(distributed_force(
+          surface_distribution(mesh, select_triangles(mesh, SelectPlane{0, 1.0, {}})),
+          Vector3(bar.traction, 0.0, 0.0)));
+      const Equilibrium equilibrium = find_equilibrium(system, {}, 0.0, increment);
+      ASSERT_TRUE(equilibrium.found) << material_name(bar.material) << equilibrium.message;
+      for (Index v = 0; v < mesh.vertex_count(); ++v) {
+        const Vector3 x = mesh.vertices[static_cast<std::size_t>(v)];
+        const Vector3 expected(bar.along * x.x(), bar.across * x.y(), bar.across * x.z());
+        EXPECT_LT((vertex_block(equilibrium.position, v) - expected).norm(), 1e-10 * bar.along);
+      }
+    }
+  }
+}
+
 }  // namespace
 }  // namespace tetraction

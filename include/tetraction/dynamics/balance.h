@@ -80,11 +80,11 @@ class Balance {
   /// Largest |energy_error| so far, divided by energy_scale() or by the energy of round-off,
   /// whichever is larger.
   double max_relative_energy_drift() const;
-  /// Largest |Δp − impulses| so far, divided by the largest Σ|p_i| or sum of impulses so far; 0 for
-  /// a body that never moved.
+  /// Largest |Δp − impulses| so far, divided by the largest Σ|p_i|, sum of impulses, or Σ|impulse| of all vertices in a
+  /// step so far; 0 for a body that never moved and on which nothing acts.
   double linear_momentum_drift() const;
   /// Largest |Δ(q × p) − angular impulses| about the origin so far, divided by the largest Σ|q_i ×
-  /// p_i|.
+  /// p_i| or the same of impulses.
   double angular_momentum_drift() const;
   /// The part of angular_momentum_drift() that the solver's remaining residuals explain: the sum
   /// over all steps of their angular impulse (StepOutcome), divided by the same scale.

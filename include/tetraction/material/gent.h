@@ -18,8 +18,9 @@ class Gent : public IsotropicMaterial<Gent> {
   static constexpr const char* kTitle = "Gent";
   static constexpr bool kDefinedForAnyJacobian = false;
   static constexpr bool kHasVolumetricPart = false;
-  /// The least Jm. Ī₁ − 3 of positions in double precision has errors of up to about 1e-15.
-  static constexpr double kLeastLimit = 1e-10;
+  /// The least Jm. Ī₁ − 3 of positions in double precision has errors of up to about 1e-15, a ten-millionth of it, and
+  /// so has the stiffness.
+  static constexpr double kLeastLimit = 1e-8;
   static constexpr std::array<MaterialParameter, 3> kParameters{{
       {"mu", "Pa", kModeratePositive, "shear modulus μ"},
       {"jm",

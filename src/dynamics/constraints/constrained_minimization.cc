@@ -100,7 +100,7 @@ bool ConstrainedMinimization::solve(StepOutcome& outcome) {
     outcome.minimizer.residual = residual;
     if (residual <= std::max(report.residual, report.residual_limit)) return true;
     // If the residual does not fall any more, it is round-off.
-    if (i > 2 && residual > 0.5 * before && residual <= kRoundOffMargin * problem_.round_off(u_)) {
+    if (i > 2 && residual > 0.5 * before && is_round_off(problem_, u_, residual)) {
       return true;
     }
     before = residual;
@@ -354,7 +354,7 @@ bool ConstrainedMinimization::solve_saddle_point(StepOutcome& outcome) {
       if (!find_correction(g)) break;
       const double length = correction_.lpNorm<Eigen::Infinity>();
       if (!(length < kShorter * last)) {
-        if (is_met && left <= kRoundOffMargin * problem_.round_off(u_)) return take_saddle_point();
+        if (is_met && is_round_off(problem_, u_, left)) return take_saddle_point();
         break;
       }
       last = length;

@@ -1,8 +1,48 @@
 #include "solve_to_round_off.h"
 
+#include <algorithm>
+#include <cmath>
+#include <limits>
 #include <utility>
 
+#include "tetraction/core/parallel.h"
+#include "tetraction/mesh/mesh_part.h"
+
 namespace tetraction {
+namespace {
+
+// ½ε times the root sum of squares of the elements' |∇²W_e| ℓ at u, N.
+double round_off_of_stiffness(const PotentialProblem& problem, const Vector& u) {
+  const MinimizationProblem::HessianParts parts = problem.hessian_parts(u);
+  const RestState& rest = parts.elastic.rest();
+  const auto position = [&](Index v) {
+    Vector3 x = vertex_block(parts.positions.origin(), v);
+    if (const Vector* moved = parts.positions.displacement()) x += vertex_block(*moved, v);
+    return x;
+  };
+  const double own = parallel_sum(rest.element_count(), [&](Index begin, Index end) {
+    double sum = 0.0;
+    ElasticPotential::ElementTerms terms;
+    for (Index e = begin; e < end; ++e) {
+      if (!parts.elastic.element_terms(e, parts.positions, true, terms)) continue;
+      const auto nodes = rest.nodes(e);
+      double length = 0.0;
+      for (const Index v : nodes)
+        length = std::max(length, (position(v) - position(nodes[0])).norm());
+      sum += terms.hessian.squaredNorm() * length * length;
+    }
+    return sum;
+  });
+  return 0.5 * std::numeric_limits<double>::epsilon() *
+         std::sqrt(sum_over_parts(problem.system().part(), own));
+}
+
+}  // namespace
+
+bool is_round_off(const PotentialProblem& problem, const Vector& u, double residual) {
+  return residual <= kRoundOffMargin * problem.round_off(u) ||
+         residual <= round_off_of_stiffness(problem, u);
+}
 
 void add_call(const MinimizerReport& report, MinimizerReport& all) {
   const MinimizerReport before = std::exchange(all, report);
@@ -29,7 +69,7 @@ MinimizerReport solve_to_round_off(PotentialProblem& problem, Vector& u, Minimiz
   }
   if (report.termination != Termination::kNoProgress) return report;
   problem.move_origin(u);
-  if (report.residual <= kRoundOffMargin * problem.round_off(u)) {
+  if (is_round_off(problem, u, report.residual)) {
     report.termination = all.termination = Termination::kConverged;
   }
   return report;

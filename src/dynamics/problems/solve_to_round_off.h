@@ -12,6 +12,12 @@ namespace tetraction {
 /// the estimate is taken for round-off.
 inline constexpr double kRoundOffMargin = 100.0;
 
+/// Whether a residual at u that gets no smaller may be round-off. PotentialProblem::round_off() has the moduli of small
+/// strains. Where that estimate is too small, the stiffness at u counts, which may be far larger, as near the limit of a
+/// chain-stretching law: positions that are rounded by ½ε of an element's length ℓ change its forces by
+/// ½ε |∇²W_e| ℓ. All parts of a body must call it.
+bool is_round_off(const PotentialProblem& problem, const Vector& u, double residual);
+
 /// Makes `all` the report of the last call, with the counts of the calls before it added.
 void add_call(const MinimizerReport& report, MinimizerReport& all);
 

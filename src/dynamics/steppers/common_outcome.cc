@@ -7,7 +7,7 @@ namespace tetraction {
 namespace {
 
 // The numbers of an outcome that parts add up.
-constexpr std::size_t kOutcome = 11;
+constexpr std::size_t kOutcome = 13;
 
 // All parts have failed as the first one that did.
 void fail_together(const MeshPart& part, StepOutcome& outcome) {
@@ -39,6 +39,8 @@ void make_common(const MeshPart* part, StepOutcome& outcome) {
     sums[static_cast<std::size_t>(5 + k)] = outcome.linear_impulse[k];
     sums[static_cast<std::size_t>(8 + k)] = outcome.angular_impulse[k];
   }
+  sums[11] = outcome.impulse_size;
+  sums[12] = outcome.angular_impulse_size;
   sums.insert(sums.end(), outcome.balance_sums.begin(), outcome.balance_sums.end());
   part->sum(sums.data(), static_cast<Index>(sums.size()));
   if (sums[0] > 0.0) {
@@ -53,6 +55,8 @@ void make_common(const MeshPart* part, StepOutcome& outcome) {
     outcome.linear_impulse[k] = sums[static_cast<std::size_t>(5 + k)];
     outcome.angular_impulse[k] = sums[static_cast<std::size_t>(8 + k)];
   }
+  outcome.impulse_size = sums[11];
+  outcome.angular_impulse_size = sums[12];
   outcome.balance_sums.assign(sums.begin() + kOutcome, sums.end());
 }
 

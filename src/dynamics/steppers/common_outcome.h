@@ -1,6 +1,7 @@
 // The outcome of a step, which all parts of a body have in common.
 #pragma once
 
+#include <Eigen/Geometry>
 #include <cmath>
 
 #include "tetraction/dynamics/mechanical_system.h"
@@ -14,6 +15,15 @@ namespace tetraction {
 /// part that has it, as the first of those that failed; others have −1. The solver's report and
 /// residual_angular_impulse are those of the whole body already. Does nothing without a part.
 void make_common(const MeshPart* part, StepOutcome& outcome);
+
+/// Adds the impulse of a vertex at x to the sums of a step.
+inline void enter_impulse(const Vector3& x, const Vector3& impulse, StepOutcome& outcome) {
+  const Vector3 angular = x.cross(impulse);
+  outcome.linear_impulse += impulse;
+  outcome.angular_impulse += angular;
+  outcome.impulse_size += impulse.lpNorm<1>();
+  outcome.angular_impulse_size += angular.lpNorm<1>();
+}
 
 /// Whether the energies and impulses that a step enters into the balance are finite.
 inline bool has_finite_balance(const StepOutcome& outcome) {

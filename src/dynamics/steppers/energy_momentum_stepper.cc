@@ -229,9 +229,10 @@ class EnergyMomentumStepper : public ImplicitStepper {
     }
     // Near rest the energies themselves are so small that round-off is a share of them. Such a step is
     // as exact as it can be, and its residual is counted as limited by round-off.
-    const bool is_round_off =
-        outcome.minimizer.residual <= kRoundOffMargin * step_.round_off(solve_.u());
-    if (share <= kLargestEnergyShare || is_round_off) return true;
+    if (share <= kLargestEnergyShare ||
+        is_round_off(step_, solve_.u(), outcome.minimizer.residual)) {
+      return true;
+    }
     outcome.status = StepStatus::kNotConverged;
     outcome.message = fmt::format(
         "the equations cannot be solved exactly enough: the step would add {:.1g} of its energy",

@@ -175,8 +175,12 @@ class ExplicitStepper : public Stepper {
         const Vector3 moment = system_.part() != nullptr
                                    ? own_first_moment(system_, q)
                                    : Vector3(system_.total_mass() * center_of_mass(system_, q));
-        outcome.linear_impulse += dt * system_.own_mass() * kick.acceleration;
-        outcome.angular_impulse += moment.cross(dt * kick.acceleration);
+        const Vector3 impulse = dt * system_.own_mass() * kick.acceleration;
+        const Vector3 angular = moment.cross(dt * kick.acceleration);
+        outcome.linear_impulse += impulse;
+        outcome.angular_impulse += angular;
+        outcome.impulse_size += impulse.lpNorm<1>();
+        outcome.angular_impulse_size += angular.lpNorm<1>();
       }
       return kick;
     }
@@ -324,8 +328,7 @@ class ExplicitStepper : public Stepper {
       vertex_block(reactions_.force, v) += impulse;
       if (delay != 0.0) vertex_block(reactions_.delay, v) += delay * impulse;
       if (v >= system_.owned_vertex_count()) continue;
-      outcome.linear_impulse += impulse;
-      outcome.angular_impulse += vertex_block(q, v).cross(impulse);
+      enter_impulse(vertex_block(q, v), impulse, outcome);
     }
   }
 

@@ -1,6 +1,6 @@
 #include "tetraction/dynamics/steppers/stepper.h"
 
-#include <Eigen/Geometry>
+#include "common_outcome.h"
 
 namespace tetraction {
 
@@ -26,9 +26,7 @@ void Stepper::gather_loads(const State& from, double h, double alpha, Vector& lo
 void Stepper::add_impulse(const Vector& x, const Vector& force, double dt,
                           StepOutcome& outcome) const {
   for (Index v = 0; v < system_.owned_vertex_count(); ++v) {
-    const Vector3 impulse = dt * vertex_block(force, v);
-    outcome.linear_impulse += impulse;
-    outcome.angular_impulse += vertex_block(x, v).cross(impulse);
+    enter_impulse(vertex_block(x, v), dt * vertex_block(force, v), outcome);
   }
 }
 

@@ -138,18 +138,38 @@ HWY_NOINLINE void prepare(const BatchView& batches, const Source& source,
                           hn::Mul(det, hn::Set(tag, 1.0 / 6.0)));
       }
       write.put(hn::Sub((-(volume * first.log_j)).v, tension));
-      write.put(hn::Add(scaled(1.0, volume, second.log_j_log_j).v, tension));
+      // Ψ₁₁ of a law with a limit of Ī₁ may be so large that the derivatives of I₁ and of ln J cancel in single
+      // precision. Such a law has z = F G − I₁/3 F⁻ᵀ, the derivative of Ī₁ but for a factor, in place of F G.
+      DoubleVec third = hn::Zero(tag);  // I₁/3
+      if constexpr (HasStretchLimit<M>) third = hn::Mul(i1, hn::Set(tag, 1.0 / 3.0));
+      Real log_j_log_j = scaled(1.0, volume, second.log_j_log_j);
+      if constexpr (HasStretchLimit<M>) {
+        const Real a(third);
+        log_j_log_j = log_j_log_j + Real(4.0) * a * volume * (second.i1_log_j + a * second.i1_i1);
+      }
+      write.put(hn::Add(log_j_log_j.v, tension));
       if constexpr (has(kForm, TangentForm::kMetric)) write_metric();
       if constexpr (has(kForm, TangentForm::kCoupled)) {
         Columns<DoubleVec> z;
         multiply(e, vg, z);
-        for (int k = 0; k < 9; ++k) write.put(hn::Mul(z.m[k / 3][k % 3], inverse_volume));
+        for (int k = 0; k < 9; ++k) {
+          DoubleVec number = hn::Mul(z.m[k / 3][k % 3], inverse_volume);
+          if constexpr (HasStretchLimit<M>) {
+            number = hn::NegMulAdd(third, hn::Mul(w.m[k / 3][k % 3], inverse_det), number);
+          }
+          write.put(number);
+        }
         if constexpr (Terms::kI2) {
           write.put(hn::Zero(tag));  // Ψ₁₁ is in a₂
         } else {
           write.put(scaled(4.0, volume, second.i1_i1).v);
         }
-        write.put(scaled(2.0, volume, second.i1_log_j).v);
+        if constexpr (HasStretchLimit<M>) {
+          write.put(
+              (Real(2.0) * volume * (second.i1_log_j + Real(2.0) * Real(third) * second.i1_i1)).v);
+        } else {
+          write.put(scaled(2.0, volume, second.i1_log_j).v);
+        }
       }
       if constexpr (has(kForm, TangentForm::kCoupledI2)) {
         Symmetric<DoubleVec> inner;  // I₁ G − G c G

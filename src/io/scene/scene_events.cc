@@ -17,15 +17,6 @@
 namespace tetraction {
 namespace {
 
-// The value as TOML text. Tables are not allowed in `set`.
-std::string text_of(const TomlTable& set, std::string_view key, const toml::node& node) {
-  const toml::table* table = node.as_table();
-  if (table != nullptr && !table->contains("array")) {
-    set.refuse(key, "is a table; give single values, like \"time.step\" = 1e-3.");
-  }
-  return toml_value(to_json(node));
-}
-
 // The parts of a scene that a changed key belongs to.
 struct ChangedSection {
   std::string name;
@@ -260,13 +251,18 @@ void read_events(const TomlDocument& document, const TomlTable& root,
       for (const auto& [key, value] : *values) keys.push_back(key.str());
       const TomlTable set = table.table("set", {keys});
       for (const auto& [key, value] : *values) {
-        if (value.is_table() && !value.as_table()->contains("array")) {
-          set.refuse(key.str(),
-                     "is a table: put the whole key into quotes, like \"time.step\" = 1e-3.");
-        }
         const std::string_view name = key.str();
+        // Without quotes a key with dots is a table of the section.
+        if (value.is_table() && name.find('.') == std::string_view::npos) {
+          set.refuse(name, "is a table: put the whole key into quotes, like \"time.step\" = 1e-3.");
+        }
         const ChangedSection section =
             changed_section(name, [&](const std::string& message) { set.refuse(name, message); });
+        if (value.is_table() && section.index && std::ranges::count(name, '.') == 1) {
+          set.refuse(name, fmt::format("is a table: give the single keys of the entry, like "
+                                       "\"{}.KEY\" = VALUE.",
+                                       name));
+        }
         if (section.name == "material_region" && *section.index >= now.material_region.size()) {
           set.refuse(key.str(),
                      fmt::format("names a [[material_region]] that does not exist: the scene has "
@@ -275,7 +271,7 @@ void read_events(const TomlDocument& document, const TomlTable& root,
         }
         sections.insert(section);
         event.changed_keys.emplace_back(name);
-        changes.push_back({std::string(key.str()), text_of(set, key.str(), value),
+        changes.push_back({std::string(key.str()), toml_value(to_json(value)),
                            fmt::format("{}: event at {} s", set.place(key.str()), at)});
         own_places.insert(changes.back().source);
       }

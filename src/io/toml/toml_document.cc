@@ -7,13 +7,17 @@
 #include <cstring>
 #include <filesystem>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <optional>
+#include <span>
 #include <utility>
 
 #include "core/quoting.h"
 #include "io/text/text_scanner.h"
+#include "simulation/scene/setting_keys.h"
 #include "tetraction/core/error.h"
 #include "toml_depth.h"
+#include "toml_text.h"
 
 namespace tetraction {
 namespace {
@@ -193,6 +197,14 @@ void put(toml::node& parent, const std::string& segment, toml::table value,
   });
 }
 
+// What is put in for the part segments[i] of a key, which is missing: a list if a number follows, otherwise a table.
+// Three components that have defaults are there before one of them is set.
+std::string missing_part(const std::vector<std::string>& segments, std::size_t i) {
+  if (!as_index(segments[i + 1])) return "{}";
+  const Json components = default_of(std::span(segments).first(i + 1));
+  return components.is_array() && components.size() == 3 ? toml_value(components) : "[]";
+}
+
 toml::node* child(toml::node& parent, const std::string& segment) {
   if (toml::table* table = parent.as_table()) return table->get(segment);
   if (toml::array* array = parent.as_array()) {
@@ -256,9 +268,7 @@ void TomlDocument::apply(const Change& change) {
   for (std::size_t i = 0; i + 1 < segments.size(); ++i) {
     toml::node* next = child(*node, segments[i]);
     if (next == nullptr) {
-      // Missing parts are created: a list if a number follows, otherwise a table.
-      put(*node, segments[i], *parse_value(as_index(segments[i + 1]) ? "[]" : "{}", source), where,
-          source);
+      put(*node, segments[i], *parse_value(missing_part(segments, i), source), where, source);
       next = child(*node, segments[i]);
     }
     where += (where.empty() ? "" : ".") + segments[i];

@@ -106,6 +106,17 @@ const std::vector<ScenePart>& scene_parts() {
   return parts;
 }
 
+Json default_of(std::span<const std::string> key) {
+  for (const ScenePart& part : scene_parts()) {
+    const std::size_t place =
+        part.is_list ? 2 : 1;  // of the key, after the section and the number of the entry
+    if (key.size() != place + 1 || key.front() != part.section->name) continue;
+    const SceneKey* found = part.section->find(key[place]);
+    return found != nullptr ? found->value->json(part.section->defaults.get()) : Json();
+  }
+  return {};
+}
+
 void put_sections(const ChangeableSections& sections, MechanicalSystem& system,
                   const std::vector<AmplitudeSettings>& amplitudes) {
   const auto put = [&](const auto& settings) {

@@ -178,6 +178,10 @@ struct ScenePart {
 /// The parts of a scene in the order of summary.json, without events and named selections.
 const std::vector<ScenePart>& scene_parts();
 
+/// The default of a key of the scene, such as {"force", "0", "vector"}. Null if there is no such key or its settings
+/// hold no value.
+Json default_of(std::span<const std::string> key);
+
 /// Lets all of these sections act on a body.
 void put_sections(const ChangeableSections& sections, MechanicalSystem& system,
                   const std::vector<AmplitudeSettings>& amplitudes);

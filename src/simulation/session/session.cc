@@ -204,11 +204,11 @@ void Session::Impl::apply(const Edit& edit, double at, const std::string& what) 
 }
 
 bool Session::Impl::apply_events() {
-  // t = k h has round-off. An event may make the step so short that the next event is not due yet.
+  // An event may make the step so short that the next event is not due yet.
   const auto due = [this] {
     return run.progress.next_event < run.scene.event.size() &&
-           run.scene.event[run.progress.next_event].at <=
-               run.state().time + 1e-6 * run.progress.plan.time_step;
+           is_due(run.scene.event[run.progress.next_event].at, run.state().time, run.settings.time,
+                  run.progress.plan.time_step);
   };
   while (due()) {
     const EventSettings& event = run.scene.event[run.progress.next_event++];

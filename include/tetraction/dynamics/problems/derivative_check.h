@@ -21,7 +21,8 @@ struct DerivativeErrors {
 };
 
 /// Compares element by element at q. The steps of the central differences are 1e-5 of the element's
-/// shortest edge. W must be defined at q.
+/// shortest edge, and shorter where the forces bend within this step, as near the limit of Gent's law. W must be
+/// defined at q.
 DerivativeErrors check_derivatives(const ElasticPotential& potential, const Vector& q);
 
 /// Compares the energy of nodal volumes at q in a few fixed random directions of all vertices, with

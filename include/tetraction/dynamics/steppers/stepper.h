@@ -63,6 +63,8 @@ struct StepOutcome {
   double constraint_work = 0.0;               ///< of moving targets and penalty springs, J
   Vector3 linear_impulse = Vector3::Zero();   ///< of loads, damping, environment, reactions, N s
   Vector3 angular_impulse = Vector3::Zero();  ///< the same about the origin, N m s
+  double impulse_size = 0.0;  ///< Σ of the magnitudes (|·|₁) of the impulses of vertices, N s
+  double angular_impulse_size = 0.0;  ///< Σ of those of their moments about the origin, N m s
   /// The change of angular momentum that the minimiser's remaining residual r = ∇Φ(x) causes, N m
   /// s: h |Σ (x − q_k) × r| for midpoint, h |Σ q_{k+1} × r| for backward Euler.
   double residual_angular_impulse = 0.0;
