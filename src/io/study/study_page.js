@@ -66,7 +66,7 @@ function points_of(plot) {
     const shown = (value, isLog, unit) => `${(isLog ? 10 ** value : value).toPrecision(3)} ${unit}`.trim();
     const name = curve.querySelector("title").textContent;
     for (const path of all(":scope > path", curve)) {
-      for (const [, x, y] of path.getAttribute("d").matchAll(/[ML] (\S+) (\S+)/g)) {
+      for (const [, x, y] of (path.getAttribute("d") ?? "").matchAll(/[ML] (\S+) (\S+)/g)) {
         const text = `${name}: ${shown(c + d * y, isLogY, units[1])} at ${shown(a + b * x, isLogX, units[0])}`;
         points.push({ mark: curve, x: +x, y: +y, text });
       }
