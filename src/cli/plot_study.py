@@ -88,7 +88,7 @@ JOURNAL = {
 }  # fmt: skip
 # What a style file may set. Other keys name files, start LaTeX, or are evaluated as Python.
 STYLE_KEYS = re.compile(r"(font|axes|lines|xtick|ytick|grid|text|mathtext|patch|markers|figure|savefig"
-                        r"|pdf|svg)\.(?!prop_cycle|usetex|latex|format|directory|backend|hashsalt|dpi)")
+                        r"|pdf|svg)\.(?!prop_cycle|hooks|usetex|latex|format|directory|backend|hashsalt|dpi)")
 
 
 class Unusable(Exception):

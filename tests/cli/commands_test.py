@@ -392,6 +392,17 @@ class Overwriting(BeamTest):
         self.run_program(*study, "--steps", "0.02", "--integrators", "midpoint", "--no-plots", "--fresh")
         self.assertFalse(os.path.exists(folder))
 
+    def test_a_linked_run_is_refused_before_anything_changes(self):
+        study = ["study", "beam.toml", "--out", "s", "--steps", "0.025,0.05", "--integrators", "midpoint",
+                 "--no-plots"]  # fmt: skip
+        self.run_program(*study)
+        os.rename(self.path("s", "midpoint-0.025"), self.path("elsewhere"))
+        os.symlink(self.path("elsewhere"), self.path("s", "midpoint-0.025"))
+        before = files_below(self.path("s"))
+        for more in ([], ["--fresh"]):
+            self.assertIn("this is a link", self.refused(4, *study, *more))
+            self.assertEqual(files_below(self.path("s")), before)
+
     def test_runs_and_studies_do_not_mix(self):
         study = ["study", "beam.toml", "--steps", "0.05", "--integrators", "midpoint", "--no-plots"]
         self.run_program("run beam.toml --out r --quiet")
