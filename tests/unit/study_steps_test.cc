@@ -69,7 +69,7 @@ TEST(StudySteps, BelongToOneRuleOrToAll) {
   EXPECT_EQ(assigned[0].size(), 3U);
   EXPECT_EQ(assigned[1].size(), 1U);
   ASSERT_EQ(assigned[2].size(), 3U);
-  EXPECT_EQ(assigned[2][1].value, 2e-3);
+  EXPECT_EQ(assigned[2][0].value, 2e-3);
   expect_refusal([&] { assign_steps({"verlett=1e-3"}, rules); },
                  {"\"verlett\" is no rule of this study", "did you mean verlet?"});
   expect_refusal([&] { assign_steps({"explicit=1e-3"}, rules); }, {"is no rule of this study"});
@@ -126,13 +126,14 @@ TEST(StudySteps, ThatDoNotFitTheSceneAreRefused) {
 }
 
 TEST(ErrorMeasure, IsReadAndWritten) {
-  for (const char* text : {"positions", "probe.tip", "peak.probe.tip", "frequency.probe.tip_x"}) {
+  for (const char* text : {"positions", "probe.tip", "peak.probe.tip", "frequency.probe.tip_x",
+                           "energy.total_energy"}) {
     EXPECT_EQ(to_string(read_error_measure(text)), text);
   }
   EXPECT_EQ(read_error_measure("").kind, ErrorKind::kPositions);
   EXPECT_EQ(read_error_measure("position").kind, ErrorKind::kPositions);
   EXPECT_EQ(read_error_measure("peak.probe.tip").name, "tip");
-  for (const char* text : {"probe.", "tip", "peak.tip", "energy.total_energy"}) {
+  for (const char* text : {"probe.", "tip", "peak.tip", "energy."}) {
     expect_refusal([&] { read_error_measure(text); }, {"--error", "peak.probe.NAME"});
   }
 }
