@@ -12,7 +12,8 @@ sys.path.insert(0, f"{sys.path[0]}/..")
 from support.program import files_below, main
 from support.study import PROBES, StudyTest
 
-TIMES = ("wall_seconds", "processor_seconds", "seconds_per_simulated_second", "date", "command")
+TIMES = ("wall_seconds", "processor_seconds", "seconds_per_simulated_second", "time_scatter", "date",
+         "command")  # fmt: skip
 
 
 class Stored(StudyTest):

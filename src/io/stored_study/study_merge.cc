@@ -12,7 +12,7 @@
 
 #include "core/quoting.h"
 #include "io/results/result_folders.h"
-#include "io/study/study_track_file.h"
+#include "io/study/study_run_files.h"
 #include "io/text/output_file.h"
 #include "tetraction/core/error.h"
 
@@ -58,8 +58,8 @@ MergedStudy::MergedStudy(const std::vector<std::string>& directories) : director
     studies_.push_back(read_stored_study(directory));
     if (!studies_.back().plan) {
       throw FileError(fmt::format(
-          "{}: study.json does not say what the runs of the study compute, because it was not made "
-          "by tetraction study: it cannot be merged.",
+          "{}: study.json does not say what the runs of the study compute, because another program "
+          "made it, or because functions of its scene are written in Python: it cannot be merged.",
           directory));
     }
   }
@@ -222,7 +222,7 @@ void MergedStudy::read_rows() {
           "makes this run again.",
           source.folder, kRunFiles[k]));
     }
-    source.row = read_study_row(source.folder + "/" + kStudyRowFile, plan_.runs[i],
+    source.row = read_study_row(source.folder + "/" + kStudyRowFile, plan_, plan_.runs[i],
                                 digests.of(plan_.runs[i]));
     if (!source.row) {
       throw FileError(fmt::format(

@@ -18,8 +18,6 @@
 namespace tetraction {
 namespace {
 
-using OrderedJson = nlohmann::ordered_json;
-
 class StudyReader {
  public:
   explicit StudyReader(const std::string& directory)
@@ -315,40 +313,6 @@ class StudyReader {
 };
 
 }  // namespace
-
-std::string study_plan_json(const StudyPlan& plan, const RunDigests& digests) {
-  OrderedJson json{{"build", digests.build()},
-                   {"scenes", digests.scenes()},
-                   {"meshes", digests.meshes()},
-                   {"reference_of", plan.reference_of}};
-  json["references"] = OrderedJson::array();
-  for (std::size_t i = 0; i < plan.references.size(); ++i) {
-    OrderedJson folders = OrderedJson::array();
-    for (const std::size_t run : plan.references[i].runs) {
-      folders.push_back(plan.runs[run].directory);
-    }
-    json["references"].push_back({{"variant", plan.references[i].variant},
-                                  {"has_first_mesh", bool{plan.has_first_mesh[i]}},
-                                  {"runs", std::move(folders)}});
-  }
-  json["runs"] = OrderedJson::array();
-  for (const PlannedRun& run : plan.runs) {
-    OrderedJson settings = OrderedJson::array();
-    for (const VariedValue& varied : run.settings) {
-      settings.push_back({{"key", varied.key}, {"value", varied.value}});
-    }
-    json["runs"].push_back({{"directory", run.directory},
-                            {"variant", run.variant},
-                            {"integrator", to_string(run.integrator)},
-                            {"step", run.step},
-                            {"solver", run.solver},
-                            {"compares_solver", run.compares_solver},
-                            {"settings", std::move(settings)},
-                            {"role", to_string(run.role)},
-                            {"left_out", run.is_left_out}});
-  }
-  return json.dump(-1, ' ', false, OrderedJson::error_handler_t::replace);
-}
 
 StoredStudy read_stored_study(const std::string& directory) {
   return StudyReader(directory).study();
