@@ -200,11 +200,11 @@ class Study:
 def study(scene: _scene.Scene | _Path, integrators: Sequence[str] = (), steps: _Steps | None = None, *,
           budget: float | str = "1min", target: float | str | None = None,
           error: str | _ErrorFunction = "positions", vary: Mapping[str, Sequence[Any] | str] | None = None,
-          also_solver: Sequence[str] = (), reference: str = "run", reference_step: float | None = None,
-          reference_integrator: str | None = None, out: _Path | None = None, fresh: bool = False,
-          frames: bool = False, jobs: int = 1, plan: bool = False, points: ArrayLike | None = None,
-          tetrahedra: ArrayLike | None = None, mesh: Mesh | None = None, copy: bool = True,
-          error_probe: str = "",
+          rules: Sequence[str] = (), also_solver: Sequence[str] = (), reference: str = "run",
+          reference_step: float | None = None, reference_integrator: str | None = None, out: _Path | None = None,
+          fresh: bool = False, frames: bool = False, jobs: int = 1, repeats: int = 2, mesh_check: bool = False,
+          part: str = "", plan: bool = False, points: ArrayLike | None = None, tetrahedra: ArrayLike | None = None,
+          mesh: Mesh | None = None, copy: bool = True, error_probe: str = "",
           progress: Callable[[int, int, str, float], object] | None = None) -> Any:  # fmt: skip
     """Runs a scene with several integrators and steps, and compares each run with a reference.
 
@@ -231,6 +231,9 @@ def study(scene: _scene.Scene | _Path, integrators: Sequence[str] = (), steps: _
         positions, and the files do not have them. With reference="richardson" it gets the finest of the three runs.
     vary : dict, optional
         Values for keys of the scene, as {"material.density": [900, 1000]}: makes the study with all combinations.
+    rules : sequence of str
+        "INTEGRATOR:KEY=VALUE,…": each is one more rule with settings of its own of [solver] or [time], as
+        "midpoint:solver.tolerance=1e-6". It has the steps of its integrator.
     also_solver : sequence of str
         "SOLVER@STEP": each adds a run with another solver.
     reference : str
@@ -248,6 +251,13 @@ def study(scene: _scene.Scene | _Path, integrators: Sequence[str] = (), steps: _
         Whether all runs write frames.
     jobs : int
         Number of runs that are made at the same time.
+    repeats : int
+        How often short runs are made again, to see how much their times vary, within a tenth of `budget`.
+    mesh_check : bool
+        Makes one run on a mesh with half the edges, too, which tells the error of the mesh: Study.data["mesh_check"].
+    part : str
+        "K/N": makes only every N-th run, as job K of N. ``tetraction study merge`` joins the directories of the parts,
+        and those of other studies of the same scene. It cannot join studies with functions in Python.
     plan : bool
         Makes no runs but those that the choice of steps needs, writes nothing, and returns the plan: a structured array
         with a row for each run, its number of steps, and the seconds that it is estimated to take.
@@ -271,6 +281,8 @@ def study(scene: _scene.Scene | _Path, integrators: Sequence[str] = (), steps: _
         error = f"probe.{error_probe}"
     if not (isinstance(jobs, int) and 1 <= jobs <= 1024):
         raise _core.InputError(f"study: jobs must be a number from 1 to 1024, not {jobs!r}.")
+    if not (isinstance(repeats, int) and 0 <= repeats <= 100):
+        raise _core.InputError(f"study: repeats must be a number from 0 to 100, not {repeats!r}.")
     live = None if plan else _LiveTable.in_notebook()
     arguments = {
         "integrators": list(integrators), "steps": _step_texts(steps),
@@ -279,7 +291,8 @@ def study(scene: _scene.Scene | _Path, integrators: Sequence[str] = (), steps: _
         "error": "positions" if callable(error) else error,
         "custom_error": _custom_error(error) if callable(error) else None,
         "vary": [_vary_text(key, values) for key, values in (vary or {}).items()],
-        "also_solver": [_solver_at_step(text) for text in also_solver],
+        "rules": list(rules), "also_solver": list(also_solver), "repeats": repeats, "mesh_check": bool(mesh_check),
+        "part": part,
         "reference": reference, "reference_step": reference_step,
         "reference_integrator": reference_integrator or "", "out": out or "",
         "name": os.path.splitext(own._name)[0], "fresh": bool(fresh), "frames": bool(frames),
@@ -396,15 +409,6 @@ def _vary_text(key: str, values: Sequence[Any] | str) -> str:
     return f"{key}=" + ",".join(
         value if isinstance(value, str) and re.fullmatch(r"[A-Za-z][\w-]*", value) else value_text(value)
         for value in values)  # fmt: skip
-
-
-def _solver_at_step(text: str) -> tuple[str, float]:
-    solver, _, step = text.partition("@")
-    try:
-        return solver, float(step)
-    except ValueError:
-        raise _core.InputError(
-            f"also_solver: {text!r} is not SOLVER@STEP, for instance \"ceres@1e-3\".") from None  # fmt: skip
 
 
 def _custom_error(function: _ErrorFunction) -> Callable[[dict[str, Any], dict[str, Any]], float]:

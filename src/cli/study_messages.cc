@@ -3,13 +3,11 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <cmath>
 #include <set>
-#include <utility>
-#include <vector>
 
 #include "cli/console.h"
-#include "cli/study_arguments.h"
 #include "io/results/result_folders.h"
 #include "tetraction/core/parallel.h"
 #include "tetraction/core/provenance.h"
@@ -17,9 +15,12 @@
 namespace tetraction {
 namespace {
 
-// The number of steps of a run. Round-off makes no further one.
-double step_count(const StudyPlan& plan, const PlannedRun& run) {
-  return std::ceil(plan.end / run.step * (1.0 - 1e-9));
+// "0.35 s", "12 s", "4 min", "3.1 h".
+std::string duration_text(double seconds) {
+  if (!std::isfinite(seconds)) return "?";
+  if (seconds < 120.0) return fmt::format("{:.2g} s", seconds);
+  if (seconds < 7200.0) return fmt::format("{:.0f} min", seconds / 60.0);
+  return fmt::format("{:.1f} h", seconds / 3600.0);
 }
 
 }  // namespace
@@ -39,21 +40,21 @@ std::string reference_message(const StudyPlan& plan) {
           run.step == finest.step) {
         continue;
       }
-      second = fmt::format("; and one with {:.4g} s for its error, which makes {:.9g} steps",
-                           run.step, count(run));
+      second = fmt::format("; and one with {:.4g} s for its error, which makes {} steps", run.step,
+                           count(run));
     }
-    return fmt::format("{}: {} with steps of {:.4g} s, which makes {:.9g} steps{}", name, rule,
+    return fmt::format("{}: {} with steps of {:.4g} s, which makes {} steps{}", name, rule,
                        finest.step, count(finest), second);
   }
   std::vector<std::string> steps;
-  double sum = 0.0;
+  Index sum = 0;
   for (const std::size_t i : reference.runs) {
     steps.push_back(fmt::format("{:.4g}", plan.runs[i].step));
     sum += count(plan.runs[i]);
   }
   return fmt::format(
-      "{}: Richardson extrapolation of {} with steps of {} s, which makes {:.9g} steps together",
-      name, rule, fmt::join(steps, ", "), sum);
+      "{}: Richardson extrapolation of {} with steps of {} s, which makes {} steps together", name,
+      rule, fmt::join(steps, ", "), sum);
 }
 
 std::string jobs_message(int jobs) {
@@ -102,19 +103,32 @@ std::string run_text(const StudyPlan& plan, const PlannedRun& run) {
                      variant.empty() ? "" : " (" + variant + ")");
 }
 
-std::string text_of_plan(const StudyPlan& plan, const TetMesh& mesh, const StudyMemory& memory) {
-  std::vector<PlanLine> lines;
-  for (const PlannedRun& run : plan.runs) {
-    if (run.is_left_out) continue;
-    PlanLine line{run_text(plan, run), run.step};
-    if (run.role == StudyRole::kTrial) line.run += " (trial)";
-    if (run.role == StudyRole::kReference) line.run += " (reference)";
-    line.steps = static_cast<Index>(step_count(plan, run));
-    line.is_kept = memory.kept && memory.kept(run);
-    if (!line.is_kept) line.seconds = estimated_seconds(plan, run, mesh);
-    lines.push_back(std::move(line));
+std::string text_of_plan(const StudyPlan& plan, const std::vector<PlannedTime>& runs) {
+  std::vector<std::string> names;
+  std::size_t width = 4;
+  for (const PlannedTime& each : runs) {
+    const StudyRole role = each.run.role;
+    names.push_back(run_text(plan, each.run) + (role == StudyRole::kTrial       ? " (trial)"
+                                                : role == StudyRole::kReference ? " (reference)"
+                                                                                : ""));
+    width = std::max(width, names.back().size());
   }
-  return plan_text(lines);
+  const char* row = "{:<{}}  {:>12}  {:>11}  {:>10}\n";
+  std::string text = fmt::format(fmt::runtime(row), "rule", width, "step [s]", "steps", "about");
+  double sum = 0.0;
+  Index count = 0;
+  bool is_known = true;
+  for (std::size_t i = 0; i < runs.size(); ++i) {
+    const PlannedTime& each = runs[i];
+    text += fmt::format(fmt::runtime(row), names[i], width, fmt::format("{:.6g}", each.run.step),
+                        each.steps, each.is_kept ? "kept" : duration_text(each.seconds));
+    if (each.is_kept) continue;
+    ++count;
+    is_known = is_known && std::isfinite(each.seconds);
+    if (std::isfinite(each.seconds)) sum += each.seconds;
+  }
+  return text + fmt::format("{} run{} to make, which take {}{}\n", count, count == 1 ? "" : "s",
+                            is_known ? "about " : "at least ", duration_text(sum));
 }
 
 }  // namespace tetraction

@@ -2,8 +2,9 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
-#include "tetraction/simulation/study.h"
+#include "io/study/study_maker.h"
 
 namespace tetraction {
 
@@ -19,7 +20,7 @@ void tell_of_lost_runs(const std::string& directory, const StudyPlan& plan);
 /// The name of a run in messages.
 std::string run_text(const StudyPlan& plan, const PlannedRun& run);
 
-/// The runs of a plan with the times that they take, of which the first steps tell.
-std::string text_of_plan(const StudyPlan& plan, const TetMesh& mesh, const StudyMemory& memory);
+/// A table of runs of a plan with the times that they take, with their sum in the last line.
+std::string text_of_plan(const StudyPlan& plan, const std::vector<PlannedTime>& runs);
 
 }  // namespace tetraction

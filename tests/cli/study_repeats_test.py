@@ -51,6 +51,25 @@ class MeshCheck(StudyTest):
         self.study(*self.GRID)
         self.assertNotIn("mesh_check", self.result())
 
+    def test_a_check_that_is_asked_for_later_is_the_only_run(self):
+        self.study(*self.GRID)
+        later = self.study(*self.GRID, "--mesh-check")
+        self.assertNotIn("no run was made", later.stderr)
+        self.assertRegex(later.stderr, "([0-9]+) of \\1 runs were kept, and that on the finer mesh was made")
+
+    def test_with_other_options(self):
+        """A mesh check of the first variant, with rules, solvers, jobs, threads and a plan."""
+        options = [*self.GRID, "--vary", "material.density=900,1100", "--rule", "midpoint:solver.tolerance=1e-6",
+                   "--also-solver", "ceres@0.01", "--mesh-check", "--jobs", "2", "--threads", "2"]  # fmt: skip
+        plan = self.study(*options, "--plan")
+        self.assertIn("at most, on the finer mesh:", plan.stdout)
+        self.assertFalse(self.exists("s"))
+        self.study(*options)
+        check = self.result()["mesh_check"]
+        self.assertEqual(check["status"], "ok")
+        self.assertGreater(check["difference"], 0.0)
+        self.assertIn("no run was made", self.study(*options).stderr)
+
     def test_explicit_rules_need_half_the_step(self):
         self.refused_study("--integrators", "verlet", "--reference-integrator", "verlet", "--steps", "0.8x",
                            "--mesh-check", says="--mesh-check")  # fmt: skip

@@ -365,6 +365,19 @@ class Jobs(StudyTest):
         self.study(*grid, "--quiet", "--fresh")
         self.assertEqual((table, histories), (self.lasting_table(), self.files("history.csv")))
 
+    def test_a_choice_of_steps_that_is_interrupted_makes_no_plan(self):
+        process = self.start("study beam.toml --out s --no-plots --integrators verlet,midpoint --frames none",
+                             "--set", "time.end=50", "--budget", "1h")  # fmt: skip
+        while process.poll() is None and not glob.glob(self.path("s", "*", "history.csv")):
+            time.sleep(0.002)
+        process.send_signal(signal.SIGINT)
+        _, messages = process.communicate(timeout=60)
+        self.assertEqual(process.returncode, 130, messages)
+        self.assertIn("interrupted while its steps were chosen", messages)
+        self.assertNotIn("reference:", messages)
+        self.assertFalse(self.exists("s", "study.csv"))
+        self.assertFalse(self.exists("s", "study.html"))
+
     def test_a_run_that_cannot_write_ends_the_others(self):
         """One message, and no further run begins."""
         os.makedirs(self.path("s", "verlet-0.002", "history.csv"))

@@ -118,6 +118,51 @@ def test_variants_jobs_and_other_solvers(block):
     assert ceres.data["reference"]["extrapolation"]["valid"]
 
 
+def test_rules_repeats_and_a_mesh_check(block, tmp_path):
+    rule = "midpoint:solver.tolerance=1e-6"
+    arguments = {"integrators": ["midpoint"], "steps": STEPS, "rules": [rule], "mesh_check": True}
+    plan = tt.study(block, plan=True, **arguments)
+    assert list(plan["settings"]).count("solver.tolerance=1e-6") == len(STEPS)
+    assert plan["directory"][-1].startswith("mesh-check-")
+    for out in (None, tmp_path / "study"):
+        study = tt.study(block, repeats=1, out=out, **arguments)
+        own = study.array[study.array["settings"] == "solver.tolerance=1e-6"]
+        assert len(own) == len(STEPS) and (own["status"] == "ok").all()
+        assert set(study.array["repeats"]) <= {0, 1} and 1 in study.array["repeats"]
+        check = study.data["mesh_check"]
+        assert check["status"] == "ok" and 0 < check["difference"] < 1
+    assert not tt.study(block, repeats=0, **arguments).array["repeats"].any()
+    runs = Runs()
+    tt.study(block, repeats=1, out=tmp_path / "study", progress=runs, **arguments)
+    assert not runs.told
+
+
+def test_parts_are_merged_and_opened_by_the_program(block, tmp_path):
+    def program(*arguments):
+        return subprocess.run([os.environ["TETRACTION_PROGRAM"], "study", *arguments], capture_output=True, text=True)
+
+    whole = tt.study(block, ["verlet", "midpoint"], STEPS, out=tmp_path / "whole")
+    parts = [tmp_path / f"part{k}" for k in (1, 2)]
+    for k, part in enumerate(parts, 1):
+        study = tt.study(block, ["verlet", "midpoint"], STEPS, part=f"{k}/2", out=part)
+        assert len(study.array) == 3
+    merged = program("merge", *parts, "--out", tmp_path / "merged", "--no-plots")
+    assert merged.returncode == 0, merged.stderr
+    array = tt.read_study(tmp_path / "merged").array
+    for column in ("directory", "integrator", "step", "position_error", "observed_order"):
+        if column in (array.dtype.names or ()):
+            np.testing.assert_array_equal(array[column], whole.array[column])
+    opened = program("open", tmp_path / "whole")
+    assert opened.returncode == 0 and "midpoint" in opened.stdout
+    # Nothing tells whether the functions of two studies are the same.
+    block.force_field = [tt.ForceField(lambda m, q: 0 * m, lambda m, q: 0 * q,
+                                       lambda m, q: np.zeros((len(m), 3, 3)))]  # fmt: skip
+    for part in ("own1", "own2"):
+        tt.study(block, ["verlet"], STEPS, reference_integrator="verlet", out=tmp_path / part)
+    refused = program("merge", tmp_path / "own1", tmp_path / "own2", "--out", tmp_path / "none")
+    assert refused.returncode == 3 and "cannot be merged" in refused.stderr
+
+
 def test_an_error_of_a_probe_and_an_error_function(block, tmp_path):
     """The functions compute what the library computes by itself."""
 
@@ -154,6 +199,15 @@ def test_an_error_of_a_probe_and_an_error_function(block, tmp_path):
         ({"vary": {"material.densty": [1, 2]}}, "vary material.densty=1.*did you mean"),
         ({"vary": {"time.end": [1, 2]}}, "vary time.end"),
         ({"also_solver": ["ceres"]}, "SOLVER@STEP"),
+        ({"rules": ["midpoint"]}, "rule"),
+        ({"rules": ["midpoint:time.end=2"]}, "time.end"),
+        ({"rules": 2 * ["midpoint:time.retry=3"]}, "rule: midpoint:time.retry=3 is there twice"),
+        ({"repeats": -1}, "repeats"),
+        ({"part": "3/2"}, "part"),
+        ({"part": "1/9"}, "has only"),
+        ({"part": "1/2", "steps": None}, "part: all parts"),
+        ({"part": "1/2", "mesh_check": True}, "mesh_check: a part"),
+        ({"target": "1%"}, "target searches for the steps"),
         ({"jobs": 0}, "jobs"),
         ({"reference": "guess"}, "guess"),
     ],

@@ -388,6 +388,9 @@ struct StudyMemory {
   std::function<bool()> is_stopped{};
 };
 
+/// Keeps rows and tracks in memory, as long as one of its copies lives.
+StudyMemory memory_of_runs();
+
 /// Makes the runs of the plan that `memory` does not keep, the references first, and compares all of them. A
 /// run that blows up or fails is a result, not an error.
 ///
@@ -416,8 +419,12 @@ TrackedRun make_tracked_run(const StudyPlan& plan, const PlannedRun& run, const 
 struct ChosenStudy {
   StudySettings settings;
   StepChoice choice;
-  std::vector<RuleFinding> findings;   ///< for StudyResult
-  std::optional<PlannedSteps> plan{};  ///< for StudyResult, if steps were chosen
+  std::optional<double> target{};  ///< for StudyResult, as the following ones
+  std::vector<RuleFinding> findings{};
+  std::optional<PlannedSteps> plan{};  ///< if steps were chosen
+
+  /// Enters the choice in the result of the study.
+  void add_to(StudyResult& result) const;
 };
 
 /// Resolves the steps that are asked for. If some are to be chosen, makes trial runs of the first variant with `make`,
@@ -430,14 +437,9 @@ ChosenStudy choose_study(const StudyPlan& frame, const TetMesh& mesh, StudySetti
 /// The time that a run takes, as its first steps tell, s. NaN if they fail.
 double estimated_seconds(const StudyPlan& plan, const PlannedRun& run, const TetMesh& mesh);
 
-/// Chooses the steps that are asked for (choose_study()), plans the study and makes its runs. The trial runs stay in
-/// memory and are not made again. Integrators, steps and error of `settings` do not count, those of `requests` do.
-StudyResult run_study(const Scene& scene, const TetMesh& mesh, StudySettings settings,
-                      const StudyRequests& requests, const ObserverFactory& observers = {},
-                      const StudyProgress& progress = {}, int jobs = 1);
-
 /// Plans a study and makes its runs. If the settings have no steps, it chooses a ladder for each rule, with
-/// StudyRequests::budget. reference_integrator then counts unless it is the default.
+/// StudyRequests::budget. reference_integrator then counts unless it is the default. The trial runs are not made again.
+/// If one of them is stopped, the result has no runs, and is_interrupted says so.
 StudyResult run_study(const Scene& scene, const TetMesh& mesh, const StudySettings& settings,
                       const ObserverFactory& observers = {}, const StudyProgress& progress = {});
 

@@ -7,8 +7,7 @@
 #include <vector>
 
 #include "failed_elements.h"
-#include "io/study/study_row_file.h"
-#include "io/study/study_track_file.h"
+#include "io/study/study_run_files.h"
 #include "io/text/output_file.h"
 #include "tetraction/core/error.h"
 #include "tetraction/io/checkpoint_file.h"

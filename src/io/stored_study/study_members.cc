@@ -6,11 +6,11 @@
 #include <algorithm>
 #include <filesystem>
 #include <limits>
+#include <utility>
 
 #include "core/quoting.h"
 #include "io/results/result_folders.h"
 #include "io/text/output_file.h"
-#include "tetraction/core/error.h"
 
 namespace tetraction {
 namespace {
@@ -58,78 +58,100 @@ void refuse_incomplete_study(const std::string& path, const std::string& why) {
       "{}: the study has not ended: {}. The same command with --resume completes it.", path, why));
 }
 
+StudyMembers::StudyMembers(std::string file, std::string place, std::string hint,
+                           const ForeignJson* json)
+    : file_(std::move(file)), place_(std::move(place)), hint_(std::move(hint)), json_(json) {
+  if (json_ != nullptr && !json_->is_object()) fail("it is not a table");
+}
+
 void StudyMembers::fail(const std::string& what) const {
   throw FileError(fmt::format("{}: this is not the study.json of a study: {}{}.{}", file_, place_,
                               what, hint_));
 }
 
-void StudyMembers::require_object(const ForeignJson& json) const {
-  if (!json.is_object()) fail("it is not a table");
+const ForeignJson& StudyMembers::member(const char* key) const {
+  if (!has(key)) fail(fmt::format("\"{}\" is missing", key));
+  return (*json_)[key];
 }
 
-const ForeignJson& StudyMembers::member(const ForeignJson& json, const char* key) const {
-  if (!json.contains(key)) fail(fmt::format("\"{}\" is missing", key));
-  return json[key];
-}
-
-const ForeignJson& StudyMembers::list(const ForeignJson& json, const char* key) const {
-  const ForeignJson& value = member(json, key);
-  if (!value.is_array()) fail(fmt::format("\"{}\" is not a list", key));
+const ForeignJson& StudyMembers::member(const char* key, IsOfKind is, const char* wrong) const {
+  const ForeignJson& value = member(key);
+  if (!(value.*is)()) fail(fmt::format("\"{}\" is {}", key, wrong));
   return value;
 }
 
-std::string StudyMembers::text(const ForeignJson& json, const char* key) const {
-  const ForeignJson& value = member(json, key);
-  if (!value.is_string()) fail(fmt::format("\"{}\" is not a text", key));
-  return value.get<std::string>();
+StudyMembers StudyMembers::table(const char* key) const {
+  return {file_, fmt::format("{}in \"{}\", ", place_, key), hint_, &member(key)};
 }
 
-std::vector<std::string> StudyMembers::texts(const ForeignJson& json, const char* key) const {
+std::vector<StudyMembers> StudyMembers::tables(const char* key) const {
+  std::vector<StudyMembers> found;
+  for (const ForeignJson& value : member(key, &ForeignJson::is_array, "not a list")) {
+    found.emplace_back(file_,
+                       fmt::format("{}in entry {} of \"{}\", ", place_, found.size() + 1, key),
+                       hint_, &value);
+  }
+  return found;
+}
+
+std::string StudyMembers::text(const char* key) const {
+  return member(key, &ForeignJson::is_string, "not a text").get<std::string>();
+}
+
+std::vector<std::string> StudyMembers::texts(const char* key) const {
   std::vector<std::string> found;
-  for (const ForeignJson& value : list(json, key)) {
+  for (const ForeignJson& value : member(key, &ForeignJson::is_array, "not a list")) {
     if (!value.is_string()) fail(fmt::format("an entry of \"{}\" is not a text", key));
     found.push_back(value.get<std::string>());
   }
   return found;
 }
 
-bool StudyMembers::flag(const ForeignJson& json, const char* key) const {
-  const ForeignJson& value = member(json, key);
-  if (!value.is_boolean()) fail(fmt::format("\"{}\" is neither true nor false", key));
-  return value.get<bool>();
+bool StudyMembers::flag(const char* key) const {
+  return member(key, &ForeignJson::is_boolean, "neither true nor false").get<bool>();
 }
 
-double StudyMembers::number(const ForeignJson& json, const char* key) const {
-  const ForeignJson& value = member(json, key);
-  if (value.is_null()) return std::numeric_limits<double>::quiet_NaN();
-  if (!value.is_number()) fail(fmt::format("\"{}\" is not a number", key));
-  return value.get<double>();
+double StudyMembers::number(const char* key) const {
+  if (member(key).is_null()) return std::numeric_limits<double>::quiet_NaN();
+  return member(key, &ForeignJson::is_number, "not a number").get<double>();
 }
 
-double StudyMembers::positive(const ForeignJson& json, const char* key) const {
-  const double value = number(json, key);
+double StudyMembers::positive(const char* key) const {
+  const double value = number(key);
   if (!(value > 0.0)) fail(fmt::format("\"{}\" is not a positive number", key));
   return value;
 }
 
-std::size_t StudyMembers::index(const ForeignJson& json, std::size_t count) const {
-  const Index value = index_or(json, -1);
-  if (value < 0 || static_cast<std::size_t>(value) >= count)
+std::size_t StudyMembers::index_of(const ForeignJson& value, std::size_t count) const {
+  const Index index = index_or(value, -1);
+  if (index < 0 || static_cast<std::size_t>(index) >= count) {
     fail("a number of a list is not in it");
-  return static_cast<std::size_t>(value);
+  }
+  return static_cast<std::size_t>(index);
 }
 
-void StudyMembers::word(const ForeignJson& json, const char* key,
-                        const std::vector<std::string>& words) const {
-  const std::string value = text(json, key);
+std::size_t StudyMembers::index(const char* key, std::size_t count) const {
+  return index_of(member(key), count);
+}
+
+std::vector<std::size_t> StudyMembers::indices(const char* key, std::size_t count) const {
+  std::vector<std::size_t> found;
+  for (const ForeignJson& value : member(key, &ForeignJson::is_array, "not a list")) {
+    found.push_back(index_of(value, count));
+  }
+  return found;
+}
+
+void StudyMembers::word(const char* key, const std::vector<std::string>& words) const {
+  const std::string value = text(key);
   if (std::find(words.begin(), words.end(), value) == words.end()) {
     fail(fmt::format("\"{}\" is {}, which is none of {}", key, in_quotes(value),
                      fmt::join(words, ", ")));
   }
 }
 
-std::string StudyMembers::folder(const ForeignJson& json, const char* key) const {
-  const std::string name = text(json, key);
+std::string StudyMembers::folder(const char* key) const {
+  const std::string name = text(key);
   if (!is_folder_name(name)) {
     fail(fmt::format("\"{}\" is {}, which is not the name of a folder in the directory", key,
                      in_quotes(name)));

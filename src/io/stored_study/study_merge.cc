@@ -12,7 +12,7 @@
 
 #include "core/quoting.h"
 #include "io/results/result_folders.h"
-#include "io/study/study_track_file.h"
+#include "io/study/study_run_files.h"
 #include "io/text/output_file.h"
 #include "tetraction/core/error.h"
 
@@ -45,12 +45,6 @@ StudyRole joined_role(StudyRole a, StudyRole b) {
   return StudyRole::kTrial;
 }
 
-// What a track must have so that it can be compared with others.
-struct TrackShape {
-  Index size = 0;
-  std::size_t count = 0;
-};
-
 }  // namespace
 
 MergedStudy::MergedStudy(const std::vector<std::string>& directories) : directories_(directories) {
@@ -58,17 +52,16 @@ MergedStudy::MergedStudy(const std::vector<std::string>& directories) : director
     studies_.push_back(read_stored_study(directory));
     if (!studies_.back().plan) {
       throw FileError(fmt::format(
-          "{}: study.json does not say what the runs of the study compute, because it was not made "
-          "by tetraction study: it cannot be merged.",
+          "{}: study.json does not say what the runs of the study compute, because another program "
+          "made it, or because functions of its scene are written in Python: it cannot be merged.",
           directory));
     }
   }
   for (std::size_t i = 1; i < studies_.size(); ++i) require_same_study(i);
   join_runs();
   choose_references();
-  read_rows();
   std::vector<std::optional<StudyRow>> rows;
-  for (const Source& source : sources_) rows.push_back(source.row);
+  for (std::size_t i = 0; i < folders_.size(); ++i) rows.push_back(row(i));
   result_ = compare_runs(plan_, rows, tracks());
   result_.target = studies_.front().result.target;
   for (const StoredStudy& study : studies_) {
@@ -87,10 +80,7 @@ MergedStudy::MergedStudy(const std::vector<std::string>& directories) : director
 void MergedStudy::require_same_study(std::size_t other) const {
   const StoredStudy& a = studies_.front();
   const StoredStudy& b = studies_[other];
-  const auto refuse = [&](const std::string& what) {
-    throw InputError(fmt::format("{} and {} cannot be merged: {}.", directories_.front(),
-                                 directories_[other], what));
-  };
+  const auto refuse = [&](const std::string& what) { fail(other, what); };
   if (a.result.end != b.result.end) {
     refuse(fmt::format("they end at {} s and {} s (time.end)", a.result.end, b.result.end));
   }
@@ -104,82 +94,81 @@ void MergedStudy::require_same_study(std::size_t other) const {
     refuse(fmt::format("they were made by the builds {} and {} of the program",
                        in_quotes(own.build()), in_quotes(its.build())));
   }
-  const auto values = [](const StudyResult& result) {
-    std::vector<std::string> texts;
-    for (const VariantValues& variant : result.variants) {
-      texts.push_back(variant.name);
-      for (const VariedValue& varied : variant.values) {
-        texts.push_back(varied.key + "=" + varied.value);
-      }
-    }
-    return texts;
+  const auto is_same_variant = [](const VariantValues& x, const VariantValues& y) {
+    return x.name == y.name && x.values == y.values;
   };
-  if (values(a.result) != values(b.result)) refuse("they have other variants (--vary)");
+  if (!std::equal(a.result.variants.begin(), a.result.variants.end(), b.result.variants.begin(),
+                  b.result.variants.end(), is_same_variant)) {
+    refuse("they have other variants (--vary)");
+  }
   if (own.meshes() != its.meshes()) refuse("their meshes differ");
   if (own.scenes() != its.scenes()) {
     refuse("their scenes, or files that these read, differ in other keys than [output]");
   }
+  if (a.plan->plan.reference_of != b.plan->plan.reference_of) {
+    refuse("their variants share their references otherwise");
+  }
+}
+
+void MergedStudy::fail(std::size_t other, const std::string& what) const {
+  throw InputError(fmt::format("{} and {} cannot be merged: {}.", directories_.front(),
+                               directories_[other], what));
 }
 
 // The runs of all studies, each once, in the order of a plan.
 void MergedStudy::join_runs() {
-  std::map<std::string, std::size_t> places;
-  StudyPlan joined = studies_.front().plan->plan;
-  joined.runs.clear();
-  joined.references.clear();
+  struct Run {
+    PlannedRun run;
+    std::string folder;
+    std::size_t rule;  // the place of the first run with its variant and integrator
+  };
+  std::vector<Run> joined;
   for (std::size_t i = 0; i < studies_.size(); ++i) {
     const StoredStudy& study = studies_[i];
-    if (study.plan->plan.reference_of != joined.reference_of) {
-      throw InputError(
-          fmt::format("{} and {} cannot be merged: their variants share their "
-                      "references otherwise.",
-                      directories_.front(), directories_[i]));
-    }
     for (const PlannedRun& run : study.plan->plan.runs) {
-      const bool is_made =
-          std::any_of(study.result.rows.begin(), study.result.rows.end(), [&](const StudyRow& row) {
-            return row.directory == run.directory && row.status != RunStatus::kCancelled;
-          });
-      const auto [place, is_new] = places.emplace(run.directory, joined.runs.size());
-      if (is_new) {
-        joined.runs.push_back(run);
-        sources_.emplace_back();
+      const auto find = [&](const auto& is_it) {
+        return std::find_if(joined.begin(), joined.end(), is_it);
+      };
+      auto known = find([&](const Run& each) { return each.run.directory == run.directory; });
+      if (known == joined.end()) {
+        const auto first = find([&](const Run& each) {
+          return each.run.variant == run.variant && each.run.integrator == run.integrator;
+        });
+        joined.push_back({run, "", static_cast<std::size_t>(first - joined.begin())});
+        known = joined.end() - 1;
       }
-      PlannedRun& known = joined.runs[place->second];
-      if (study.plan->digests.of(known) != study.plan->digests.of(run)) {
-        throw InputError(
-            fmt::format("{} and {} cannot be merged: their runs {} compute something different.",
-                        directories_.front(), directories_[i], run.directory));
+      if (study.plan->digests.of(known->run) != study.plan->digests.of(run)) {
+        fail(i, fmt::format("their runs {} compute something different", run.directory));
       }
-      known.role = joined_role(known.role, run.role);
-      known.is_left_out = known.is_left_out && run.is_left_out;
-      Source& source = sources_[place->second];
-      if (is_made && source.folder.empty()) {
-        source.folder = (fs::path(directories_[i]) / run.directory).string();
-      }
+      known->run.role = joined_role(known->run.role, run.role);
+      known->run.is_left_out = known->run.is_left_out && run.is_left_out;
+      const std::vector<StudyRow>& rows = study.result.rows;
+      const bool is_made = std::any_of(rows.begin(), rows.end(), [&](const StudyRow& row) {
+        return row.directory == run.directory && row.status != RunStatus::kCancelled;
+      });
+      if (is_made && known->folder.empty()) known->folder = directories_[i] + "/" + run.directory;
     }
   }
-  std::map<std::pair<std::size_t, Integrator>, std::size_t> blocks;
-  std::vector<std::size_t> order(joined.runs.size());
-  for (std::size_t i = 0; i < order.size(); ++i) {
-    order[i] = i;
-    blocks.emplace(std::pair(joined.runs[i].variant, joined.runs[i].integrator), i);
-  }
-  const auto place = [&](std::size_t i) {
-    const PlannedRun& run = joined.runs[i];
-    return std::tuple(run.variant, blocks.at({run.variant, run.integrator}), run.compares_solver,
-                      run.compares_solver ? 0.0 : run.step);
-  };
-  std::stable_sort(order.begin(), order.end(),
-                   [&](std::size_t a, std::size_t b) { return place(a) < place(b); });
-  std::vector<Source> sources;
-  plan_ = joined;
+  std::stable_sort(joined.begin(), joined.end(), [](const Run& a, const Run& b) {
+    const auto place = [](const Run& each) {
+      return std::tuple(each.run.variant, each.rule, each.run.compares_solver,
+                        each.run.compares_solver ? 0.0 : each.run.step);
+    };
+    return place(a) < place(b);
+  });
+  plan_ = studies_.front().plan->plan;
   plan_.runs.clear();
-  for (const std::size_t i : order) {
-    plan_.runs.push_back(joined.runs[i]);
-    sources.push_back(std::move(sources_[i]));
+  for (const Run& each : joined) {
+    plan_.runs.push_back(each.run);
+    folders_.push_back(each.folder);
   }
-  sources_ = std::move(sources);
+}
+
+std::size_t MergedStudy::place_of(const std::string& directory) const {
+  const auto found = std::find_if(plan_.runs.begin(), plan_.runs.end(), [&](const PlannedRun& run) {
+    return run.directory == directory;
+  });
+  return static_cast<std::size_t>(found - plan_.runs.begin());
 }
 
 // The finest reference of all studies: that with the smallest step, or, of different rules, that with the smallest
@@ -201,62 +190,48 @@ void MergedStudy::choose_references() {
   plan_.references = from.references;
   plan_.has_first_mesh = from.has_first_mesh;
   for (PlannedReference& reference : plan_.references) {
-    for (std::size_t& run : reference.runs) {
-      const auto found = std::find_if(
-          plan_.runs.begin(), plan_.runs.end(),
-          [&](const PlannedRun& other) { return other.directory == from.runs[run].directory; });
-      run = static_cast<std::size_t>(found - plan_.runs.begin());
-    }
+    for (std::size_t& run : reference.runs) run = place_of(from.runs[run].directory);
   }
 }
 
-void MergedStudy::read_rows() {
-  const RunDigests& digests = studies_.front().plan->digests;
-  for (std::size_t i = 0; i < sources_.size(); ++i) {
-    Source& source = sources_[i];
-    if (source.folder.empty()) continue;
-    for (std::size_t k = 0; k < kNeededFiles; ++k) {
-      if (is_plain_file(fs::path(source.folder) / kRunFiles[k])) continue;
-      throw FileError(fmt::format(
-          "{}/{}: the file of a run of the study is missing. The same command as that of the study "
-          "makes this run again.",
-          source.folder, kRunFiles[k]));
-    }
-    source.row = read_study_row(source.folder + "/" + kStudyRowFile, plan_.runs[i],
-                                digests.of(plan_.runs[i]));
-    if (!source.row) {
-      throw FileError(fmt::format(
-          "{}/{}: this is not the result of the run that study.json names: it is damaged, or was "
-          "made for something else.",
-          source.folder, kStudyRowFile));
-    }
+std::optional<StudyRow> MergedStudy::row(std::size_t run) const {
+  const std::string& folder = folders_[run];
+  if (folder.empty()) return {};
+  for (std::size_t k = 0; k < kNeededFiles; ++k) {
+    if (is_plain_file(fs::path(folder) / kRunFiles[k])) continue;
+    throw FileError(fmt::format(
+        "{}/{}: the file of a run of the study is missing. The same command as that of the study "
+        "makes this run again.",
+        folder, kRunFiles[k]));
   }
+  std::optional<StudyRow> row = read_study_row(folder + "/" + kStudyRowFile, plan_, plan_.runs[run],
+                                               studies_.front().plan->digests.of(plan_.runs[run]));
+  if (row) return row;
+  throw FileError(fmt::format(
+      "{}/{}: this is not the result of the run that study.json names: it is damaged, or was made "
+      "for something else.",
+      folder, kStudyRowFile));
 }
 
 TrackSource MergedStudy::tracks() const {
   // Runs that are compared with the same reference have the same vertices.
-  auto shapes = std::make_shared<std::map<std::size_t, TrackShape>>();
-  return [this, shapes](const PlannedRun& run) {
-    const auto place =
-        std::find_if(plan_.runs.begin(), plan_.runs.end(),
-                     [&](const PlannedRun& other) { return other.directory == run.directory; });
-    const Source& source = sources_[static_cast<std::size_t>(place - plan_.runs.begin())];
-    const std::string path = source.folder + "/" + kStudyTrackFile;
+  auto sizes = std::make_shared<std::map<std::size_t, std::pair<Index, std::size_t>>>();
+  return [this, sizes](const PlannedRun& run) {
+    const std::string path = folders_[place_of(run.directory)] + "/" + kStudyTrackFile;
     std::shared_ptr<const MotionTrack> track =
-        read_study_track(path, studies_.front().plan->digests.of(*place));
+        read_study_track(path, studies_.front().plan->digests.of(run));
     const std::size_t reference = plan_.reference_of[run.variant];
     const std::size_t group = plan_.has_first_mesh[reference] ? 0 : reference;
     bool fits = track != nullptr && track->end == plan_.end;
     if (fits) {
-      const TrackShape own{track->rest.size(), track->count};
-      const TrackShape known = shapes->emplace(group, own).first->second;
-      fits = known.size == own.size && known.count == own.count;
+      const std::pair size(track->rest.size(), track->count);
+      fits = sizes->emplace(group, size).first->second == size;
+      const std::string series = plan_.error_series().series();
+      const ProbeRecord* record = series.empty() ? nullptr : track->probe(series);
+      fits = fits && (record != nullptr || series.empty());
       for (const ProbeColumns& probe : plan_.probes) {
-        if (probe.name != plan_.error_probe) continue;
-        const ProbeRecord* record = track->probe(probe.name);
-        fits = fits && record != nullptr && record->width == probe.size();
+        fits = fits && (probe.name != series || record->width == probe.size());
       }
-      fits = fits && (plan_.error_probe.empty() || track->probe(plan_.error_probe) != nullptr);
     }
     if (!fits) {
       throw FileError(fmt::format(
@@ -274,14 +249,14 @@ std::string MergedStudy::plan() const {
 
 void MergedStudy::copy_runs(const std::string& directory) const {
   StudyJournal journal(directory);
-  for (std::size_t i = 0; i < sources_.size(); ++i) {
-    if (!sources_[i].row) continue;
+  for (std::size_t i = 0; i < folders_.size(); ++i) {
+    if (folders_[i].empty()) continue;
     const std::string& name = plan_.runs[i].directory;
     const std::string folder = directory + "/" + name;
     journal.begin(name);
     make_own_directory(folder);
     for (const char* file : kRunFiles) {
-      const fs::path from = fs::path(sources_[i].folder) / file;
+      const fs::path from = fs::path(folders_[i]) / file;
       if (!is_plain_file(from)) continue;
       const std::string to = folder + "/" + file;
       std::error_code problem;
@@ -290,37 +265,6 @@ void MergedStudy::copy_runs(const std::string& directory) const {
     }
     journal.complete(name);
   }
-}
-
-ReplacementDirectory::ReplacementDirectory(std::string path)
-    : path_(std::move(path)), temporary_() {
-  // A slash at the end would make the temporary name one inside the directory.
-  while (path_.size() > 1 && path_.back() == '/') path_.pop_back();
-  temporary_ = temporary_name(path_);
-  std::error_code problem;
-  const bool is_free = !is_entry(path_) || (fs::is_directory(fs::symlink_status(path_, problem)) &&
-                                            fs::is_empty(path_, problem));
-  if (!is_free) {
-    throw InputError(
-        fmt::format("{}: this is not an empty directory. Choose another one with --out.", path_));
-  }
-  const fs::path above = fs::path(path_).parent_path();
-  if (!above.empty()) fs::create_directories(above, problem);
-  if (problem) fail_to_write(path_, problem.value());
-  fs::remove_all(temporary_, problem);  // of a program that was killed
-  if (!fs::create_directory(temporary_, problem)) fail_to_write(temporary_, problem.value());
-}
-
-ReplacementDirectory::~ReplacementDirectory() {
-  std::error_code ignored;
-  if (!temporary_.empty()) fs::remove_all(temporary_, ignored);
-}
-
-void ReplacementDirectory::finish() {
-  std::error_code problem;
-  fs::rename(temporary_, path_, problem);
-  if (problem) fail_to_write(path_, problem.value());
-  temporary_.clear();
 }
 
 }  // namespace tetraction

@@ -26,41 +26,19 @@ class MergedStudy {
   void copy_runs(const std::string& directory) const;
 
  private:
-  struct Source {
-    std::string folder;  // path of the run's results
-    std::optional<StudyRow> row;
-  };
-
+  [[noreturn]] void fail(std::size_t other, const std::string& what) const;
   void require_same_study(std::size_t other) const;
   void join_runs();
   void choose_references();
-  void read_rows();
+  std::size_t place_of(const std::string& directory) const;
+  std::optional<StudyRow> row(std::size_t run) const;
   TrackSource tracks() const;
 
   std::vector<std::string> directories_;
   std::vector<StoredStudy> studies_;
   StudyPlan plan_;
-  std::vector<Source> sources_;  // of the runs of the plan
+  std::vector<std::string> folders_;  // of the runs of the plan; empty if nobody made the run
   StudyResult result_;
-};
-
-/// A directory that gets its name only when it is complete. It must not be there before, or be empty. All
-/// functions throw OutputError; the constructor throws InputError for a directory with something in it.
-class ReplacementDirectory {
- public:
-  explicit ReplacementDirectory(std::string path);
-  /// Deletes the temporary directory unless it has been renamed.
-  ~ReplacementDirectory();
-  ReplacementDirectory(const ReplacementDirectory&) = delete;
-  ReplacementDirectory& operator=(const ReplacementDirectory&) = delete;
-
-  const std::string& temporary() const { return temporary_; }
-  /// Gives the directory its name.
-  void finish();
-
- private:
-  std::string path_;
-  std::string temporary_;
 };
 
 }  // namespace tetraction

@@ -18,25 +18,38 @@
 namespace tetraction {
 namespace {
 
-using OrderedJson = nlohmann::ordered_json;
+using Members = StudyMembers;
+
+Integrator integrator_in(const Members& read, const char* key) {
+  return read.named(key, &integrator_from_string);
+}
+
+RunStatus status_in(const Members& read) {
+  return read.named("status", &status_from_string);
+}
+
+std::optional<ReferenceExtrapolation> extrapolation_in(const Members& read) {
+  if (!read.has("extrapolation")) return {};
+  return read.as("extrapolation", &extrapolation_from_json);
+}
 
 class StudyReader {
  public:
   explicit StudyReader(const std::string& directory)
-      : text_(read_study_text(directory)), json_(text_.json), read_(text_.path, "", hint()) {}
+      : text_(read_study_text(directory)), read_(text_.path, "", hint(), &text_.json) {}
 
   StoredStudy study() {
     StoredStudy study;
-    study.scene = read_.text(json_, "scene");
-    study.provenance = {read_.text(json_, "command"), read_.text(json_, "date")};
+    study.scene = read_.text("scene");
+    study.provenance = {read_.text("command"), read_.text("date")};
     read_heads();
     read_variants();
     read_rows();
     read_references();
     mark_references();
-    if (json_.contains("plan")) {
-      study.plan = plan();
-      study.provenance.plan = json_["plan"].dump();
+    if (read_.has("plan")) {
+      study.plan = plan(read_.table("plan"));
+      study.provenance.plan = text_.json["plan"].dump();
     }
     study.result = std::move(result_);
     study.text = std::move(text_.text);
@@ -45,92 +58,58 @@ class StudyReader {
 
  private:
   std::string hint() const {
-    const ForeignJson& made_by = member_of(json_, "version");
-    if (made_by == version()) return {};
+    if (member_of(text_.json, "version") == version()) return {};
     return fmt::format(" This is version {}, which made it not: make the study again.", version());
   }
 
-  // Calls `take` and reports a value of another kind as a wrong member.
-  template <class Take>
-  auto checked(const StudyMembers& read, const char* key, const Take& take) const {
-    try {
-      return take();
-    } catch (const nlohmann::json::exception&) {
-      read.fail(fmt::format("\"{}\" has a value of another kind", key));
-    } catch (const InputError&) {
-      read.fail(fmt::format("\"{}\" has an unknown value", key));
-    }
-  }
-
-  Integrator integrator(const StudyMembers& read, const ForeignJson& json, const char* key) const {
-    const std::string name = read.text(json, key);
-    return checked(read, key, [&] { return integrator_from_string(name); });
-  }
-
-  RunStatus status(const StudyMembers& read, const ForeignJson& json) const {
-    const std::string word = read.text(json, "status");
-    return checked(read, "status", [&] { return status_from_string(word); });
-  }
-
   void read_heads() {
-    result_.is_interrupted = read_.flag(json_, "interrupted");
-    const double limit = read_.number(json_, "stable_step");
+    result_.is_interrupted = read_.flag("interrupted");
+    const double limit = read_.number("stable_step");
     result_.stable_step = std::isnan(limit) ? std::numeric_limits<double>::infinity() : limit;
-    result_.end = read_.positive(json_, "end");
-    result_.remarks = read_.texts(json_, "remarks");
-    const std::string error = read_.text(json_, "error");
-    if (error != "position") {
-      const ErrorMeasure measure =
-          checked(read_, "error", [&] { return read_error_measure(error); });
+    result_.end = read_.positive("end");
+    result_.remarks = read_.texts("remarks");
+    if (read_.text("error") != "position") {
+      const auto measure = read_.named("error", &read_error_measure);
       result_.error_probe = measure.name;
       result_.error_kind = measure.kind;
     }
-    const double target = read_.number(json_, "target");
-    if (!std::isnan(target)) result_.target = read_.positive(json_, "target");
-    if (json_.contains("searched")) {
-      result_.findings = checked(
-          read_, "searched", [&] { return findings_from_json(json_["searched"], result_.end); });
+    if (!std::isnan(read_.number("target"))) result_.target = read_.positive("target");
+    if (read_.has("searched")) {
+      result_.findings = read_.as("searched", [&](const ForeignJson& json) {
+        return findings_from_json(json, result_.end);
+      });
     }
-    if (json_.contains("mesh_check")) result_.mesh_check = mesh_check();
+    if (read_.has("mesh_check")) result_.mesh_check = mesh_check(read_.table("mesh_check"));
     std::size_t first = 0;
-    for (const ForeignJson& probe : read_.list(json_, "probes")) {
-      const StudyMembers read = read_.in("in \"probes\", ");
-      read.require_object(probe);
-      const auto quantity = find_named<ProbeQuantity>(read.text(probe, "quantity"));
+    for (const Members& read : read_.tables("probes")) {
+      const auto quantity = find_named<ProbeQuantity>(read.text("quantity"));
       if (!quantity) read.fail("\"quantity\" is unknown");
-      result_.probes.push_back(
-          {read.text(probe, "name"), *quantity, first, read.texts(probe, "columns")});
+      result_.probes.push_back({read.text("name"), *quantity, first, read.texts("columns")});
       first += result_.probes.back().size();
     }
   }
 
-  MeshCheck mesh_check() const {
-    const StudyMembers read = read_.in("in \"mesh_check\", ");
-    const ForeignJson& json = json_["mesh_check"];
-    read.require_object(json);
+  static MeshCheck mesh_check(const Members& read) {
     constexpr std::size_t kMost = 1'000'000'000'000;
     MeshCheck check;
-    check.integrator = integrator(read, json, "integrator");
-    check.step = read.positive(json, "step");
-    check.vertices = static_cast<Index>(read.index(read.member(json, "vertices"), kMost));
-    check.tetrahedra = static_cast<Index>(read.index(read.member(json, "tetrahedra"), kMost));
-    check.status = status(read, json);
-    check.directory = read.folder(json, "directory");
-    check.difference = read.number(json, "difference");
+    check.integrator = integrator_in(read, "integrator");
+    check.step = read.number("step");
+    check.vertices = static_cast<Index>(read.index("vertices", kMost));
+    check.tetrahedra = static_cast<Index>(read.index("tetrahedra", kMost));
+    check.status = status_in(read);
+    if (!read.text("directory").empty()) check.directory = read.folder("directory");
+    check.difference = read.number("difference");
     return check;
   }
 
   void read_variants() {
-    if (!json_.contains("variants")) return;
+    if (!read_.has("variants")) return;
     std::set<std::string> names;
-    for (const ForeignJson& variant : read_.list(json_, "variants")) {
-      const StudyMembers read = read_.in("in \"variants\", ");
-      read.require_object(variant);
-      VariantValues values{read.text(variant, "name"), {}};
-      const ForeignJson& list = read.member(variant, "values");
-      read.require_object(list);
-      for (const auto& [key, value] : list.items()) {
-        values.values.push_back({key, read.text(list, key.c_str())});
+    for (const Members& read : read_.tables("variants")) {
+      VariantValues values{read.text("name"), {}};
+      const Members list = read.table("values");
+      for (const auto& [key, value] : read.member("values").items()) {
+        values.values.push_back({key, list.text(key.c_str())});
       }
       if (!names.insert(values.name).second) read.fail("a name is there twice");
       result_.variants.push_back(std::move(values));
@@ -139,27 +118,23 @@ class StudyReader {
 
   void read_rows() {
     std::set<std::string> folders;
-    std::size_t entry = 0;
-    for (const ForeignJson& run : json_["runs"]) {
-      const StudyMembers read = read_.in(fmt::format("in entry {} of \"runs\", ", ++entry));
-      read.require_object(run);
+    for (const Members& read : read_.tables("runs")) {
       StudyRow row;
       for (const StudyField& field : study_fields()) {
         if (!field.is_in(kInJson)) continue;
         const std::vector<std::string> words = field_words(field);
-        if (!words.empty()) read.word(run, field.name, words);
-        const ForeignJson& value = read.member(run, field.name);
-        checked(read, field.name, [&] { read_field(field, value, row); });
+        if (!words.empty()) read.word(field.name, words);
+        read.as(field.name, [&](const ForeignJson& value) { read_field(field, value, row); });
       }
-      read.positive(run, "step");
-      read.folder(run, "directory");
+      read.positive("step");
+      read.folder("directory");
       require_variant(read, row.variant);
       if (!folders.insert(row.directory).second) read.fail("\"directory\" is that of another run");
       result_.rows.push_back(std::move(row));
     }
   }
 
-  void require_variant(const StudyMembers& read, const std::string& name) const {
+  void require_variant(const Members& read, const std::string& name) const {
     const auto& variants = result_.variants;
     const bool is_known = variants.empty()
                               ? name.empty()
@@ -168,43 +143,31 @@ class StudyReader {
     if (!is_known) read.fail("\"variant\" is none of the variants");
   }
 
-  std::optional<ReferenceExtrapolation> extrapolation(const StudyMembers& read,
-                                                      const ForeignJson& json) const {
-    if (!json.contains("extrapolation")) return {};
-    return checked(read, "extrapolation",
-                   [&] { return extrapolation_from_json(json["extrapolation"]); });
-  }
-
   void read_references() {
-    const StudyMembers read = read_.in("in \"reference\", ");
-    const ForeignJson& reference = read_.member(json_, "reference");
-    read.require_object(reference);
-    result_.reference_integrator = integrator(read, reference, "integrator");
-    result_.reference_step = read.positive(reference, "step");
-    result_.reference_status = status(read, reference);
-    result_.reference_directory = read.folder(reference, "directory");
-    result_.reference_error = read.number(reference, "estimated_error");
-    result_.extrapolation = extrapolation(read, reference);
-    if (!json_.contains("references")) return;
+    const Members reference = read_.table("reference");
+    result_.reference_integrator = integrator_in(reference, "integrator");
+    result_.reference_step = reference.positive("step");
+    result_.reference_status = status_in(reference);
+    result_.reference_directory = reference.folder("directory");
+    result_.reference_error = reference.number("estimated_error");
+    result_.extrapolation = extrapolation_in(reference);
+    if (!read_.has("references")) return;
     std::set<std::string> compared;
-    for (const ForeignJson& json : read_.list(json_, "references")) {
-      const StudyMembers of = read_.in("in \"references\", ");
-      of.require_object(json);
+    for (const Members& read : read_.tables("references")) {
       VariantReference each;
-      each.variants = of.texts(json, "variants");
+      each.variants = read.texts("variants");
       for (const std::string& variant : each.variants) {
-        require_variant(of, variant);
-        if (!compared.insert(variant).second) of.fail("a variant has two references");
+        require_variant(read, variant);
+        if (!compared.insert(variant).second) read.fail("a variant has two references");
       }
-      if (each.variants.empty()) of.fail("\"variants\" is empty");
+      if (each.variants.empty()) read.fail("\"variants\" is empty");
       each.variant = each.variants.front();
-      each.status = status(of, json);
-      each.directory = of.folder(json, "directory");
-      each.error = of.number(json, "estimated_error");
-      each.difference = {of.number(json, "position_difference"),
-                         of.number(json, "position_difference_rms"),
-                         of.number(json, "probe_difference")};
-      each.extrapolation = extrapolation(of, json);
+      each.status = status_in(read);
+      each.directory = read.folder("directory");
+      each.error = read.number("estimated_error");
+      each.difference = {read.number("position_difference"), read.number("position_difference_rms"),
+                         read.number("probe_difference")};
+      each.extrapolation = extrapolation_in(read);
       result_.references.push_back(std::move(each));
     }
     if (result_.references.size() == 1) read_.fail("\"references\" has only one entry");
@@ -224,10 +187,7 @@ class StudyReader {
     }
   }
 
-  StoredPlan plan() {
-    const StudyMembers read = read_.in("in \"plan\", ");
-    const ForeignJson& json = json_["plan"];
-    read.require_object(json);
+  StoredPlan plan(const Members& read) {
     StudyPlan plan;
     for (const VariantValues& variant : result_.variants) {
       plan.variants.push_back({variant.name, {}, {}, variant.values});
@@ -238,117 +198,71 @@ class StudyReader {
     plan.error_probe = result_.error_probe;
     plan.error_kind = result_.error_kind;
     plan.probes = result_.probes;
-    RunDigests digests(read.text(json, "build"), read.texts(json, "scenes"),
-                       read.texts(json, "meshes"));
+    RunDigests digests(read.text("build"), read.texts("scenes"), read.texts("meshes"));
     const std::size_t variants = plan.variants.size();
     if (digests.scenes().size() != variants || digests.meshes().size() != variants) {
       read.fail("\"scenes\" and \"meshes\" are not those of the variants");
     }
     std::map<std::string, std::size_t> places;
-    for (const ForeignJson& run : read.list(json, "runs")) {
-      read.require_object(run);
-      PlannedRun planned;
-      planned.variant = read.index(read.member(run, "variant"), variants);
-      planned.directory = read.folder(run, "directory");
-      planned.integrator = integrator(read, run, "integrator");
-      planned.step = read.positive(run, "step");
-      planned.solver = read.text(run, "solver");
-      planned.compares_solver = read.flag(run, "compares_solver");
-      planned.is_left_out = read.flag(run, "left_out");
-      const std::string role = read.text(run, "role");
-      planned.role = checked(read, "role", [&] { return role_from_string(role); });
-      for (const ForeignJson& varied : read.list(run, "settings")) {
-        read.require_object(varied);
-        planned.settings.push_back({read.text(varied, "key"), read.text(varied, "value")});
-      }
-      if (!places.emplace(planned.directory, plan.runs.size()).second) {
+    for (const Members& run : read.tables("runs")) {
+      plan.runs.push_back(planned_run(run, variants));
+      if (!places.emplace(plan.runs.back().directory, places.size()).second) {
         read.fail("two runs have the same \"directory\"");
       }
-      plan.runs.push_back(std::move(planned));
+      result_.left_out += plan.runs.back().is_left_out ? 1U : 0U;
     }
-    read_planned_references(read, json, plan, places);
+    for (const Members& reference : read.tables("references")) {
+      PlannedReference planned{reference.index("variant", variants), {}};
+      for (const std::string& folder : reference.texts("runs")) {
+        const auto place = places.find(folder);
+        if (place == places.end()) reference.fail("a run of a reference is not among the runs");
+        planned.runs.push_back(place->second);
+      }
+      if (planned.runs.size() != 1 && planned.runs.size() != 3) {
+        reference.fail("a reference has neither one run nor three");
+      }
+      plan.has_first_mesh.push_back(reference.flag("has_first_mesh"));
+      plan.references.push_back(std::move(planned));
+    }
+    if (plan.references.empty()) read.fail("there is no reference");
+    plan.reference_of = read.indices("reference_of", plan.references.size());
+    if (plan.reference_of.size() != variants) {
+      read.fail("\"reference_of\" is not that of the variants");
+    }
     for (const StudyRow& row : result_.rows) {
       const auto place = places.find(row.directory);
       const PlannedRun* run = place == places.end() ? nullptr : &plan.runs[place->second];
       if (run == nullptr || run->integrator != row.integrator || run->step != row.step ||
-          run->solver != row.solver || plan.variants[run->variant].name != row.variant) {
+          run->solver != row.solver || to_string(run->settings) != row.settings ||
+          plan.variants[run->variant].name != row.variant) {
         read.fail(fmt::format("there is no run {}", row.directory));
       }
     }
-    for (const PlannedRun& run : plan.runs) result_.left_out += run.is_left_out ? 1U : 0U;
     return {std::move(plan), std::move(digests)};
   }
 
-  static void read_planned_references(const StudyMembers& read, const ForeignJson& json,
-                                      StudyPlan& plan,
-                                      const std::map<std::string, std::size_t>& places) {
-    for (const ForeignJson& reference : read.list(json, "references")) {
-      read.require_object(reference);
-      PlannedReference planned;
-      planned.variant = read.index(read.member(reference, "variant"), plan.variants.size());
-      for (const std::string& folder : read.texts(reference, "runs")) {
-        const auto place = places.find(folder);
-        if (place == places.end()) read.fail("a run of a reference is not among the runs");
-        planned.runs.push_back(place->second);
-      }
-      if (planned.runs.size() != 1 && planned.runs.size() != 3) {
-        read.fail("a reference has neither one run nor three");
-      }
-      const ForeignJson& has_first_mesh = read.member(reference, "has_first_mesh");
-      if (!has_first_mesh.is_boolean()) read.fail("\"has_first_mesh\" is neither true nor false");
-      plan.has_first_mesh.push_back(has_first_mesh.get<bool>());
-      plan.references.push_back(std::move(planned));
+  static PlannedRun planned_run(const Members& read, std::size_t variants) {
+    PlannedRun run;
+    run.variant = read.index("variant", variants);
+    run.directory = read.folder("directory");
+    run.integrator = integrator_in(read, "integrator");
+    run.step = read.positive("step");
+    run.solver = read.text("solver");
+    run.compares_solver = read.flag("compares_solver");
+    run.is_left_out = read.flag("left_out");
+    run.role = read.named("role", &role_from_string);
+    for (const Members& varied : read.tables("settings")) {
+      run.settings.push_back({varied.text("key"), varied.text("value")});
     }
-    if (plan.references.empty()) read.fail("there is no reference");
-    for (const ForeignJson& number : read.list(json, "reference_of")) {
-      plan.reference_of.push_back(read.index(number, plan.references.size()));
-    }
-    if (plan.reference_of.size() != plan.variants.size()) {
-      read.fail("\"reference_of\" is not that of the variants");
-    }
+    return run;
   }
 
   StudyText text_;
-  const ForeignJson& json_;
-  StudyMembers read_;
+  const Members read_;
   StudyResult result_;
 };
 
 }  // namespace
-
-std::string study_plan_json(const StudyPlan& plan, const RunDigests& digests) {
-  OrderedJson json{{"build", digests.build()},
-                   {"scenes", digests.scenes()},
-                   {"meshes", digests.meshes()},
-                   {"reference_of", plan.reference_of}};
-  json["references"] = OrderedJson::array();
-  for (std::size_t i = 0; i < plan.references.size(); ++i) {
-    OrderedJson folders = OrderedJson::array();
-    for (const std::size_t run : plan.references[i].runs) {
-      folders.push_back(plan.runs[run].directory);
-    }
-    json["references"].push_back({{"variant", plan.references[i].variant},
-                                  {"has_first_mesh", bool{plan.has_first_mesh[i]}},
-                                  {"runs", std::move(folders)}});
-  }
-  json["runs"] = OrderedJson::array();
-  for (const PlannedRun& run : plan.runs) {
-    OrderedJson settings = OrderedJson::array();
-    for (const VariedValue& varied : run.settings) {
-      settings.push_back({{"key", varied.key}, {"value", varied.value}});
-    }
-    json["runs"].push_back({{"directory", run.directory},
-                            {"variant", run.variant},
-                            {"integrator", to_string(run.integrator)},
-                            {"step", run.step},
-                            {"solver", run.solver},
-                            {"compares_solver", run.compares_solver},
-                            {"settings", std::move(settings)},
-                            {"role", to_string(run.role)},
-                            {"left_out", run.is_left_out}});
-  }
-  return json.dump(-1, ' ', false, OrderedJson::error_handler_t::replace);
-}
 
 StoredStudy read_stored_study(const std::string& directory) {
   return StudyReader(directory).study();

@@ -4,7 +4,7 @@
 #include <optional>
 #include <string>
 
-#include "io/study/study_row_file.h"
+#include "io/study/study_run_files.h"
 #include "tetraction/io/study_writer.h"
 #include "tetraction/simulation/study.h"
 
@@ -24,9 +24,6 @@ struct StoredStudy {
   std::string text;                  ///< of study.json
   std::optional<StoredPlan> plan{};  ///< not that of a program of its own
 };
-
-/// The member `plan` of study.json, StudyProvenance::plan.
-std::string study_plan_json(const StudyPlan& plan, const RunDigests& digests);
 
 /// Reads the study.json of a directory. Also that of a study that was interrupted. Throws FileError if it is missing,
 /// cut off, of another kind or version, or contradicts itself: nothing in it is guessed.

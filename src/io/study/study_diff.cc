@@ -40,21 +40,20 @@ double number_in(const SortedJson& json, const char* key) {
 }
 
 StudyDiffRow row_of(const SortedJson& run, const StudyMembers& read) {
-  if (!run.is_object()) read.fail("it is not a table");
   StudyDiffRow row;
-  row.variant = read.text(run, "variant");
-  row.integrator = read.text(run, "integrator");
+  row.variant = read.text("variant");
+  row.integrator = read.text("integrator");
   if (row.integrator.empty()) read.fail("\"integrator\" is empty");
-  row.step = read.number(run, "step");
+  row.step = read.number("step");
   if (!(row.step > 0.0)) read.fail("\"step\" is not a positive number");
-  row.solver = read.text(run, "solver");
+  row.solver = read.text("solver");
   for (const StudyField& field : study_fields()) {
     const std::vector<std::string> words = field_words(field);
-    if (!words.empty()) read.word(run, field.name, words);
+    if (!words.empty()) read.word(field.name, words);
   }
-  row.status = read.text(run, "status");
+  row.status = read.text("status");
   for (const StudyField* field : shown_fields(kInDiff)) {
-    const double value = read.number(run, field->name);
+    const double value = read.number(field->name);
     // The differences of the reference from itself, which are zero, are no errors.
     row.numbers[field->name] = value == 0.0 && field->is_in(kIsError) ? kNoChange : value;
   }
@@ -68,9 +67,8 @@ StudyDiffRow row_of(const SortedJson& run, const StudyMembers& read) {
 }
 
 std::string reference_text(const SortedJson& reference, bool has_probe, const StudyMembers& read) {
-  if (!reference.is_object()) read.fail("it is not a table");
-  const std::string rule = read.text(reference, "integrator");
-  const double step = read.number(reference, "step");
+  const std::string rule = read.text("integrator");
+  const double step = read.number("step");
   if (!(step > 0.0)) read.fail("\"step\" is not a positive number");
   std::string text = fmt::format("{} at {:.4g} s", rule, step);
   const auto is_true = [](const SortedJson& json, const char* key) {
@@ -224,24 +222,24 @@ StudyFile read_study_file(const std::string& path) {
   const StudyText text = read_study_text(path);
   const std::string& file = text.path;
   const SortedJson& json = text.json;
-  const StudyMembers read(file, "");
+  const StudyMembers read(file, "", "", &json);
   StudyFile study;
   study.path = path;
   study.version = text_of(json, "version");
   study.command = text_of(json, "command");
   study.date = text_of(json, "date");
-  study.scene = read.text(json, "scene");
-  study.error = read.text(json, "error");
-  const SortedJson& reference = read.member(json, "reference");
+  study.scene = read.text("scene");
+  study.error = read.text("error");
+  const SortedJson& reference = read.member("reference");
   study.reference = reference_text(reference, study.error.rfind("probe.", 0) == 0,
-                                   StudyMembers(file, "in \"reference\", "));
+                                   StudyMembers(file, "in \"reference\", ", "", &reference));
   study.reference_error = number_in(reference, "estimated_error");
   if (json["runs"].empty()) read.fail("\"runs\" is empty");
   std::size_t entry = 0;
   bool has_stopped_runs = false;
   for (const SortedJson& run : json["runs"]) {
-    StudyDiffRow row =
-        row_of(run, StudyMembers(file, fmt::format("in entry {} of \"runs\", ", ++entry)));
+    StudyDiffRow row = row_of(
+        run, StudyMembers(file, fmt::format("in entry {} of \"runs\", ", ++entry), "", &run));
     has_stopped_runs = has_stopped_runs || row.status == to_string(RunStatus::kCancelled);
     // Nobody asked for runs that only serve as a reference.
     const bool is_asked = run["role"] != to_string(StudyRole::kReference) &&

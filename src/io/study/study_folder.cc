@@ -7,7 +7,6 @@
 
 #include "io/text/foreign_json.h"
 #include "io/text/output_file.h"
-#include "study_track_file.h"
 
 namespace tetraction {
 namespace {
@@ -27,22 +26,21 @@ std::map<Integrator, double> times_of_choice(const std::string& directory,
   if (member_of(plan, "digest") != digest) return times;
   for (const Integrator rule : all_integrators()) {
     const auto& seconds = member_of(member_of(plan, "seconds_per_step"), to_string(rule).c_str());
-    if (seconds.is_number()) times[rule] = seconds.get<double>();
+    // Longer ones are none of a study. 0 says that the first steps failed.
+    constexpr double kMost = 1e6;
+    const double value = number_or(seconds, -1.0);
+    if (value >= 0.0 && value <= kMost) times[rule] = value;
   }
   return times;
 }
 
 StudyFolder::StudyFolder(std::string directory, const StudyPlan& plan, const TetMesh& mesh,
-                         const RunDigests& digests, const std::vector<std::string>& frames)
-    : directory_(std::move(directory)),
-      plan_(plan),
-      mesh_(mesh),
-      digests_(digests),
-      frames_(frames.begin(), frames.end()) {}
+                         const RunDigests& digests)
+    : directory_(std::move(directory)), plan_(plan), mesh_(mesh), digests_(digests) {}
 
-StudyMemory StudyFolder::memory(bool keeps) {
+StudyMemory StudyFolder::memory() {
   StudyMemory memory;
-  if (keeps) memory.kept = [this](const PlannedRun& run) { return kept(run); };
+  memory.kept = [this](const PlannedRun& run) { return kept(run); };
   memory.made = [this](const PlannedRun& run, const StudyRow& row, const MotionTrack& track) {
     keep(run, row, track);
   };
@@ -64,6 +62,7 @@ void StudyFolder::begin_run(const std::string& run, const std::string& scene_nam
 
 void StudyFolder::keep(const PlannedRun& run, const StudyRow& row, const MotionTrack& track) {
   const std::string digest = digests_.of(run);
+  read_.erase(run.directory);
   write_study_track(file(run, kStudyTrackFile), track, digest);
   // The row comes last: it says that the run is complete.
   write_study_row(file(run, kStudyRowFile), row, digest);
@@ -74,20 +73,30 @@ std::string StudyFolder::file(const PlannedRun& run, const char* name) const {
   return path(run.directory) + "/" + name;
 }
 
-std::shared_ptr<const MotionTrack> StudyFolder::track(const PlannedRun& run) const {
-  std::shared_ptr<const MotionTrack> track =
-      read_study_track(file(run, kStudyTrackFile), digests_.of(run));
+// A track is read twice, when it is asked whether the run is kept and when its errors are computed. Those that fit into
+// some memory stay there.
+std::shared_ptr<const MotionTrack> StudyFolder::track(const PlannedRun& run) {
+  if (const auto known = read_.find(run.directory); known != read_.end()) return known->second;
+  const std::string path = file(run, kStudyTrackFile);
+  std::shared_ptr<const MotionTrack> track = read_study_track(path, digests_.of(run));
   const auto& own = plan_.variants[run.variant].mesh;
   const bool is_of_body = track && track->rest.size() == 3 * (own ? *own : mesh_).vertex_count();
   if (!is_of_body) return nullptr;
   // Runs of an earlier version lack the energies.
   if (!plan_.error_probe.empty() && !track->probe(plan_.error_series().series())) return nullptr;
+  constexpr std::uintmax_t kMostBytes = std::uintmax_t{256} << 20U;
+  std::error_code unknown;
+  const std::uintmax_t bytes = std::filesystem::file_size(path, unknown);
+  if (!unknown && bytes <= kMostBytes - read_bytes_) {
+    read_bytes_ += bytes;
+    read_[run.directory] = track;
+  }
   return track;
 }
 
 // The row of a run that computed the same, if all its files are there. Links are none of them, because what they
 // lead to may be of another study.
-std::optional<StudyRow> StudyFolder::kept(const PlannedRun& run) const {
+std::optional<StudyRow> StudyFolder::kept(const PlannedRun& run) {
   using Type = std::filesystem::file_type;
   std::vector<std::string> files{"history.csv", "final.vtu", "summary.json"};
   if (!plan_.variants[run.variant].scene.probe.empty()) files.emplace_back("probes.csv");
@@ -97,31 +106,7 @@ std::optional<StudyRow> StudyFolder::kept(const PlannedRun& run) const {
                            return is_of_type(file(run, name.c_str()), Type::regular);
                          });
   if (!has_files || !track(run)) return {};
-  return read_study_row(file(run, kStudyRowFile), run, digests_.of(run));
-}
-
-MeshCheck check_mesh(const StudyPlan& finer, const StudyResult& result, const StudyMemory& runs,
-                     StudyFolder& folder, bool keeps, const ObserverFactory& observers,
-                     const StudyProgress& progress) {
-  MeshCheck check;
-  const TetMesh& mesh = *finer.variants.front().mesh;
-  check.vertices = mesh.vertex_count();
-  check.tetrahedra = mesh.tetrahedron_count();
-  check.status = RunStatus::kCancelled;
-  const PlannedRun* run = run_of_mesh_check(finer, result);
-  if (run == nullptr || result.is_interrupted) return check;
-  check.integrator = run->integrator;
-  check.step = run->step;
-  check.directory = run->directory;
-  const TrackedRun fine =
-      make_tracked_run(finer, *run, mesh, observers, progress, folder.memory(keeps));
-  if (fine.is_stopped) return check;
-  if (const auto row = folder.memory(true).kept(*run)) check.status = row->status;
-  PlannedRun coarse = *run;
-  coarse.directory = coarse_run_of(*run);
-  const std::shared_ptr<const MotionTrack> track = runs.track(coarse);
-  if (fine.track && track) check.difference = mesh_difference(finer, *track, *fine.track);
-  return check;
+  return read_study_row(file(run, kStudyRowFile), plan_, run, digests_.of(run));
 }
 
 }  // namespace tetraction

@@ -1,6 +1,7 @@
 // The runs in the directory of a study: those that are there already, and those that are made.
 #pragma once
 
+#include <cstdint>
 #include <map>
 #include <memory>
 #include <optional>
@@ -9,7 +10,7 @@
 #include <vector>
 
 #include "io/results/result_folders.h"
-#include "study_row_file.h"
+#include "study_run_files.h"
 #include "tetraction/simulation/study.h"
 
 namespace tetraction {
@@ -21,16 +22,18 @@ std::map<Integrator, double> times_of_choice(const std::string& directory,
 /// Keeps row and track of each run in its folder, and takes over the runs of earlier studies that computed the same.
 class StudyFolder {
  public:
-  /// `frames` are the folders of the runs that write frames. Plan, mesh and digests, which are those of the variants of
-  /// the plan, must live longer.
+  /// The runs of the plan do not count. Plan, mesh and digests, which are those of the variants of the plan, must live
+  /// longer.
   StudyFolder(std::string directory, const StudyPlan& plan, const TetMesh& mesh,
-              const RunDigests& digests, const std::vector<std::string>& frames);
+              const RunDigests& digests);
 
+  /// Sets the folders of the runs that write frames. By default there are none.
+  void set_frames(const std::vector<std::string>& runs) { frames_ = {runs.begin(), runs.end()}; }
   bool has_frames(const std::string& run) const { return frames_.contains(run); }
   std::string path(const std::string& run) const { return directory_ + "/" + run; }
 
-  /// What run_study() needs. Runs that were made before are taken over if `keeps`.
-  StudyMemory memory(bool keeps);
+  /// What run_study() needs. It is valid as long as this object lives.
+  StudyMemory memory();
 
   /// Makes the folder of a run that begins. The first run begins the study of the scene with this name. Throws
   /// OutputError.
@@ -38,8 +41,8 @@ class StudyFolder {
 
  private:
   std::string file(const PlannedRun& run, const char* name) const;
-  std::shared_ptr<const MotionTrack> track(const PlannedRun& run) const;
-  std::optional<StudyRow> kept(const PlannedRun& run) const;
+  std::shared_ptr<const MotionTrack> track(const PlannedRun& run);
+  std::optional<StudyRow> kept(const PlannedRun& run);
   void keep(const PlannedRun& run, const StudyRow& row, const MotionTrack& track);
 
   std::string directory_;
@@ -48,12 +51,8 @@ class StudyFolder {
   const RunDigests& digests_;
   std::set<std::string> frames_;
   std::optional<StudyJournal> journal_;
+  std::map<std::string, std::shared_ptr<const MotionTrack>> read_;  // tracks by their folders
+  std::uintmax_t read_bytes_ = 0;
 };
-
-/// Makes the run on the finer mesh (mesh_check_plan()) in its folder, or takes it from there if it `keeps` runs. `runs`
-/// is the memory of the study, whose result is known.
-MeshCheck check_mesh(const StudyPlan& finer, const StudyResult& result, const StudyMemory& runs,
-                     StudyFolder& folder, bool keeps, const ObserverFactory& observers,
-                     const StudyProgress& progress);
 
 }  // namespace tetraction

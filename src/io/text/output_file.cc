@@ -158,6 +158,40 @@ void ReplacementFile::finish() {
   fail_to_write(path_, reason);
 }
 
+ReplacementDirectory::ReplacementDirectory(std::string path)
+    : path_(std::move(path)), temporary_() {
+  // A slash at the end would make the temporary name one inside the directory.
+  while (path_.size() > 1 && path_.back() == '/') path_.pop_back();
+  temporary_ = temporary_name(path_);
+  std::error_code problem;
+  const bool is_free =
+      !is_entry(path_) ||
+      (std::filesystem::is_directory(std::filesystem::symlink_status(path_, problem)) &&
+       std::filesystem::is_empty(path_, problem));
+  if (!is_free) {
+    throw InputError(
+        fmt::format("{}: this is not an empty directory. Choose another one with --out.", path_));
+  }
+  const std::filesystem::path above = std::filesystem::path(path_).parent_path();
+  if (!above.empty()) std::filesystem::create_directories(above, problem);
+  if (problem) fail_to_write(path_, problem.value());
+  std::filesystem::remove_all(temporary_, problem);  // of a program that was killed
+  if (!std::filesystem::create_directory(temporary_, problem))
+    fail_to_write(temporary_, problem.value());
+}
+
+ReplacementDirectory::~ReplacementDirectory() {
+  std::error_code ignored;
+  if (!temporary_.empty()) std::filesystem::remove_all(temporary_, ignored);
+}
+
+void ReplacementDirectory::finish() {
+  std::error_code problem;
+  std::filesystem::rename(temporary_, path_, problem);
+  if (problem) fail_to_write(path_, problem.value());
+  temporary_.clear();
+}
+
 RowFile::RowFile(std::string path, std::string_view begin) : path_(std::move(path)) {
   ReplacementFile file(path_);
   file.write(begin);

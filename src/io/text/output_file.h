@@ -58,6 +58,25 @@ class ReplacementFile {
   int descriptor_;
 };
 
+/// A directory that gets its name only when it is complete. It must not be there before, or be empty. All
+/// functions throw OutputError; the constructor throws InputError for a directory with something in it.
+class ReplacementDirectory {
+ public:
+  explicit ReplacementDirectory(std::string path);
+  /// Deletes the temporary directory unless it has been renamed.
+  ~ReplacementDirectory();
+  ReplacementDirectory(const ReplacementDirectory&) = delete;
+  ReplacementDirectory& operator=(const ReplacementDirectory&) = delete;
+
+  const std::string& temporary() const { return temporary_; }
+  /// Gives the directory its name.
+  void finish();
+
+ private:
+  std::string path_;
+  std::string temporary_;
+};
+
 /// A table that grows by whole rows. Rows are collected for a tenth of a second at most while others
 /// follow, and are then given to the system in one piece. All functions throw OutputError, after
 /// which the file ends with a whole row and takes no more.

@@ -156,7 +156,7 @@ ChosenStudy choose_study(const StudyPlan& frame, const TetMesh& mesh, StudySetti
   Questioner questioner(frame, mesh, requests);
   const bool has_choice_of_reference = !settings.reference_step;
   const StepQuestion question = questioner.question(settings);
-  ChosenStudy chosen{std::move(settings), {}, {}};
+  ChosenStudy chosen{std::move(settings), {}, requests.target};
   StudySettings& result = chosen.settings;
   result.reference_integrator = requests.reference_integrator.value_or(Integrator::kMidpoint);
   const auto add_steps = [](StudySettings& to, const StudyRule& rule, std::vector<double> steps,
@@ -201,38 +201,11 @@ ChosenStudy choose_study(const StudyPlan& frame, const TetMesh& mesh, StudySetti
   return chosen;
 }
 
-StudyResult run_study(const Scene& scene, const TetMesh& mesh, StudySettings settings,
-                      const StudyRequests& requests, const ObserverFactory& observers,
-                      const StudyProgress& progress, int jobs) {
-  settings.rule_steps.clear();
-  settings.error_probe = requests.error.name;
-  if (requests.error.kind != ErrorKind::kPositions) settings.error_kind = requests.error.kind;
-  // The trials by their folders.
-  std::map<std::string, std::pair<StudyRow, std::shared_ptr<const MotionTrack>>> made;
-  const StudyMemory memory{
-      [&](const PlannedRun& run) {
-        const auto found = made.find(run.directory);
-        if (found == made.end()) return std::optional<StudyRow>();
-        found->second.first.role = run.role;
-        return std::optional(found->second.first);
-      },
-      [&](const PlannedRun& run, const StudyRow& row, const MotionTrack& track) {
-        made[run.directory] = {row, std::make_shared<const MotionTrack>(track)};
-      },
-      [&](const PlannedRun& run) { return made.at(run.directory).second; }};
-  const StudyPlan frame = begin_plan(scene, mesh, settings);
-  ChosenStudy chosen = choose_study(frame, mesh, settings, requests, [&](const PlannedRun& run) {
-    return make_tracked_run(frame, run, mesh, observers, progress, memory);
-  });
-  StudyResult result =
-      run_study(plan_study(scene, mesh, chosen.settings), mesh, observers, progress, memory, jobs);
-  result.target = requests.target;
-  result.findings = std::move(chosen.findings);
-  result.plan = std::move(chosen.plan);
-  result.is_interrupted = result.is_interrupted || chosen.choice.is_stopped;
-  result.remarks.insert(result.remarks.begin(), chosen.choice.remarks.begin(),
-                        chosen.choice.remarks.end());
-  return result;
+void ChosenStudy::add_to(StudyResult& result) const {
+  result.target = target;
+  result.findings = findings;
+  result.plan = plan;
+  result.remarks.insert(result.remarks.begin(), choice.remarks.begin(), choice.remarks.end());
 }
 
 StudyResult run_study(const Scene& scene, const TetMesh& mesh, const StudySettings& settings,
@@ -249,7 +222,18 @@ StudyResult run_study(const Scene& scene, const TetMesh& mesh, const StudySettin
   if (settings.reference_integrator != StudySettings().reference_integrator) {
     requests.reference_integrator = settings.reference_integrator;
   }
-  return run_study(scene, mesh, settings, requests, observers, progress);
+  const StudyMemory memory = memory_of_runs();
+  const StudyPlan frame = begin_plan(scene, mesh, settings);
+  const ChosenStudy chosen =
+      choose_study(frame, mesh, settings, requests, [&](const PlannedRun& run) {
+        return make_tracked_run(frame, run, mesh, observers, progress, memory);
+      });
+  StudyResult result;
+  result.is_interrupted = true;
+  if (chosen.choice.is_stopped) return result;
+  result = run_study(plan_study(scene, mesh, chosen.settings), mesh, observers, progress, memory);
+  chosen.add_to(result);
+  return result;
 }
 
 }  // namespace tetraction

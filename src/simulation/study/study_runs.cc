@@ -311,6 +311,28 @@ void leave_to_others(StudyPlan& plan, std::size_t part, std::size_t parts) {
   }
 }
 
+StudyMemory memory_of_runs() {
+  using Run = std::pair<StudyRow, std::shared_ptr<const MotionTrack>>;
+  const auto runs = std::make_shared<std::map<std::string, Run>>();  // by their folders
+  StudyMemory memory;
+  memory.kept = [runs](const PlannedRun& run) -> std::optional<StudyRow> {
+    const auto found = runs->find(run.directory);
+    if (found == runs->end()) return {};
+    StudyRow row = found->second.first;
+    row.role = run.role;
+    row.compares_solver = run.compares_solver;
+    return row;
+  };
+  memory.made = [runs](const PlannedRun& run, const StudyRow& row, const MotionTrack& track) {
+    (*runs)[run.directory] = {row, std::make_shared<const MotionTrack>(track)};
+  };
+  memory.track = [runs](const PlannedRun& run) {
+    const auto found = runs->find(run.directory);
+    return found == runs->end() ? nullptr : found->second.second;
+  };
+  return memory;
+}
+
 StudyResult run_study(const StudyPlan& plan, const TetMesh& mesh, const ObserverFactory& observers,
                       const StudyProgress& progress, const StudyMemory& memory, int jobs) {
   return StudyRuns(plan, mesh, observers, progress, memory).make(jobs);

@@ -1,10 +1,13 @@
-// Tracks of the runs of a study: read as they were written, or not at all.
-#include "io/study/study_track_file.h"
+// The files of the runs of a study: read as they were written, or not at all.
+#include "io/study/study_run_files.h"
 
 #include <gtest/gtest.h>
 
+#include <map>
 #include <string>
+#include <vector>
 
+#include "io/study/study_folder.h"
 #include "io/text/byte_stream.h"
 #include "io/text/check_sum.h"
 #include "support/folder_test.h"
@@ -95,6 +98,69 @@ TEST_F(StudyTrackFile, ImpossibleCountsAreRefused) {
   EXPECT_EQ(forged(100, 1, 3), nullptr);
   EXPECT_EQ(forged(100, 1, (std::uint64_t{1} << 63U) + 2), nullptr);
   EXPECT_EQ(read_study_track(sealed(""), "digest"), nullptr);
+}
+
+using StudyRowFile = testing_support::FolderTest;
+
+TEST_F(StudyRowFile, BelongsToOneRun) {
+  StudyPlan plan;
+  plan.variants.resize(1);
+  plan.variants[0].name = "new name";
+  PlannedRun run;
+  run.step = 0.5;
+  run.solver = "newton";
+  run.settings = {{"solver.tolerance", "1e-6"}};
+  run.directory = "folder";
+  run.role = StudyRole::kVariant;
+  StudyRow row;
+  row.status = RunStatus::kFinished;
+  row.variant = "old name";
+  row.step = 0.5;
+  row.solver = "newton";
+  row.settings = "solver.tolerance=1e-6";
+  row.directory = "folder";
+  const auto read = [&](const StudyRow& written) {
+    write_study_row(path("row.json"), written, "digest");
+    return read_study_row(path("row.json"), plan, run, "digest");
+  };
+  const auto same = read(row);
+  ASSERT_TRUE(same);
+  EXPECT_EQ(same->variant, "new name");
+  EXPECT_EQ(same->role, StudyRole::kVariant);
+  EXPECT_FALSE(read_study_row(path("row.json"), plan, run, "another digest"));
+  for (const auto& change : std::vector<void (*)(StudyRow&)>{
+           [](StudyRow& other) { other.step = 0.25; },
+           [](StudyRow& other) { other.integrator = Integrator::kVerlet; },
+           [](StudyRow& other) { other.solver = "ceres"; },
+           [](StudyRow& other) { other.settings.clear(); },
+           [](StudyRow& other) { other.directory = "elsewhere"; },
+           [](StudyRow& other) { other.status = RunStatus::kCancelled; }}) {
+    StudyRow other = row;
+    change(other);
+    EXPECT_FALSE(read(other));
+  }
+}
+
+TEST_F(StudyRowFile, TimesOfAChoiceAreTakenIfTheyCanBeTrue) {
+  const auto times = [&](const std::string& choice) {
+    file("study.json", R"({"choice": )" + choice + "}");
+    return times_of_choice(folder_.string(), "d");
+  };
+  const auto of_verlet = [&](const std::string& seconds) {
+    return times(R"({"digest": "d", "seconds_per_step": {"verlet": )" + seconds + "}}");
+  };
+  EXPECT_EQ(of_verlet("0.25"), (std::map<Integrator, double>{{Integrator::kVerlet, 0.25}}));
+  EXPECT_EQ(of_verlet("0"), (std::map<Integrator, double>{{Integrator::kVerlet, 0.0}}));
+  for (const char* seconds : {"-1", "-1e-300", "1e300", "1e999", "1e7", "18446744073709551615",
+                              "null", "true", "\"1\"", "[1]", "{}"}) {
+    EXPECT_TRUE(of_verlet(seconds).empty()) << seconds;
+  }
+  for (const char* choice : {"3", "null", "[]", "{}", R"({"digest": 3})", R"({"digest": "d"})",
+                             R"({"digest": "d", "seconds_per_step": [1]})",
+                             R"({"digest": "other", "seconds_per_step": {"verlet": 1}})",
+                             R"({"digest": ["d"], "seconds_per_step": {"verlet": 1}})"}) {
+    EXPECT_TRUE(times(choice).empty()) << choice;
+  }
 }
 
 }  // namespace

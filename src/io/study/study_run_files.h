@@ -1,6 +1,8 @@
-// The result of one run of a study in a file of its own, so that other studies of the same scene can take it over.
+// The result and the motion of a run of a study in files of their own, so that other studies of the same scene can take
+// it over.
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -10,8 +12,9 @@
 
 namespace tetraction {
 
-/// The name of the file in the folder of a run.
+/// The names of the files in the folder of a run.
 inline constexpr const char* kStudyRowFile = "study_row.json";
+inline constexpr const char* kStudyTrackFile = "study_track.bin";
 
 /// Numbers that tell what the runs of a study compute. Runs with the same one have the same results, whatever study
 /// they belong to.
@@ -37,12 +40,23 @@ class RunDigests {
   std::vector<std::string> meshes_;
 };
 
+/// The member `plan` of study.json, StudyProvenance::plan.
+std::string study_plan_json(const StudyPlan& plan, const RunDigests& digests);
+
 /// Writes the row of a run with this digest. Throws OutputError.
 void write_study_row(const std::string& path, const StudyRow& row, const std::string& digest);
 
-/// The row of the planned run in this file, or nothing if the file is not there, is not such a file, or
-/// has another digest.
-std::optional<StudyRow> read_study_row(const std::string& path, const PlannedRun& planned,
-                                       const std::string& digest);
+/// The row of a run of the plan in this file, or nothing if the file is not there, is not such a file, or belongs to
+/// another run.
+std::optional<StudyRow> read_study_row(const std::string& path, const StudyPlan& plan,
+                                       const PlannedRun& run, const std::string& digest);
+
+/// Writes the track of a run, from which its errors are computed. Throws OutputError.
+void write_study_track(const std::string& path, const MotionTrack& track,
+                       const std::string& digest);
+
+/// The track in this file, or null if the file is not there, is damaged, or belongs to another run.
+std::shared_ptr<const MotionTrack> read_study_track(const std::string& path,
+                                                    const std::string& digest);
 
 }  // namespace tetraction
