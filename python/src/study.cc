@@ -373,7 +373,7 @@ StudyCall read_call(const py::dict& given) {
   }
   StudySettings& settings = call.settings;
   settings.reference_step = given["reference_step"].cast<std::optional<double>>();
-  settings.reference_kind = reference_kind_from_string(text("reference"));
+  settings.reference_kind = from_string<ReferenceKind>(text("reference"));
   for (const auto& [solver, step] :
        given["also_solver"].cast<std::vector<std::pair<std::string, double>>>()) {
     settings.solver_comparisons.push_back({solver, step});

@@ -60,7 +60,7 @@ StudySettings read_settings(const StudyArguments& arguments, const StudyRequests
   };
   settings.variants = read_variants(read, arguments.overrides, arguments.vary);
   settings.reference_step = arguments.reference_step;
-  settings.reference_kind = reference_kind_from_string(arguments.reference);
+  settings.reference_kind = from_string<ReferenceKind>(arguments.reference);
   for (const std::string& text : arguments.also_solvers) {
     settings.solver_comparisons.push_back(read_comparison(text));
   }
