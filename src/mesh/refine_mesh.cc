@@ -1,34 +1,103 @@
 // The uniform refinement of a mesh.
+#include <algorithm>
 #include <array>
 #include <utility>
 
+#include "mesh/quadratic_shapes.h"
 #include "tetraction/mesh/edge_vertices.h"
 
 namespace tetraction {
+namespace {
+
+constexpr std::size_t kParts = 8;
+
+// The corners of the parts among the ten nodes of a quadratic tetrahedron: four at its corners, and the octahedron
+// between them, which its diagonal from node 6 to node 8 divides.
+constexpr std::array<std::array<std::size_t, 4>, kParts> kCorners{{{0, 4, 6, 7},
+                                                                   {4, 1, 5, 8},
+                                                                   {6, 5, 2, 9},
+                                                                   {7, 8, 9, 3},
+                                                                   {4, 5, 6, 8},
+                                                                   {6, 5, 9, 8},
+                                                                   {4, 6, 7, 8},
+                                                                   {6, 9, 7, 8}}};
+
+using Nodes = std::array<Index, QuadraticPoints::kNodes>;
+
+Nodes nodes_of(const TetMesh& quadratic, std::size_t e) {
+  Nodes nodes{};
+  const std::array<Index, 4> corners = quadratic.tetrahedra[e];
+  std::copy(corners.begin(), corners.end(), nodes.begin());
+  const std::array<Index, 6>& middles = quadratic.edge_vertices[e];
+  std::copy(middles.begin(), middles.end(), nodes.begin() + 4);
+  return nodes;
+}
+
+VolumeCoordinates coordinates_of(std::size_t node) {
+  VolumeCoordinates l{};
+  if (node < 4) {
+    l[node] = 1.0;
+  } else {
+    for (const std::size_t end : kTetrahedronEdges[node - 4]) l[end] = 0.5;
+  }
+  return l;
+}
+
+// The shape functions of a tetrahedron in the middles of the edges of a part of it.
+std::array<std::array<double, QuadraticPoints::kNodes>, 6> shapes_at_middles(std::size_t part) {
+  std::array<std::array<double, QuadraticPoints::kNodes>, 6> shapes{};
+  for (std::size_t m = 0; m < shapes.size(); ++m) {
+    VolumeCoordinates l = coordinates_of(kCorners[part][kTetrahedronEdges[m][0]]);
+    const VolumeCoordinates end = coordinates_of(kCorners[part][kTetrahedronEdges[m][1]]);
+    for (std::size_t i = 0; i < l.size(); ++i) l[i] = 0.5 * (l[i] + end[i]);
+    shapes[m] = quadratic_shapes(l);
+  }
+  return shapes;
+}
+
+// Moves the middles of the edges to where the quadratic tetrahedra of the coarse mesh have these points, so that
+// curved edges keep their form. Point arrays follow.
+void take_from_coarse(const TetMesh& coarse, TetMesh& fine) {
+  std::vector<Vector3>& vertices = fine.vertices.own();
+  for (std::size_t part = 0; part < kParts; ++part) {
+    const auto shapes = shapes_at_middles(part);
+    for (std::size_t e = 0; e < coarse.edge_vertices.size(); ++e) {
+      const Nodes nodes = nodes_of(coarse, e);
+      for (std::size_t m = 0; m < shapes.size(); ++m) {
+        const Index middle = fine.edge_vertices[kParts * e + part][m];
+        Vector3 place = Vector3::Zero();
+        for (std::size_t a = 0; a < nodes.size(); ++a) {
+          place += shapes[m][a] * coarse.vertices[static_cast<std::size_t>(nodes[a])];
+        }
+        vertices[static_cast<std::size_t>(middle)] = place;
+        for (auto& [name, values] : fine.point_arrays) {
+          values.col(middle) = coarse.point_arrays.at(name)(Eigen::all, nodes) *
+                               Eigen::Map<const Vector>(shapes[m].data(), QuadraticPoints::kNodes);
+        }
+      }
+    }
+  }
+}
+
+}  // namespace
 
 TetMesh refined_mesh(const TetMesh& mesh) {
   TetMesh fine = with_edge_vertices(mesh);
   const EdgeVertices edges(fine);
   std::vector<std::array<Index, 4>>& tetrahedra = fine.tetrahedra.own();
-  const std::vector<std::array<Index, 4>> coarse = std::exchange(tetrahedra, {});
-  tetrahedra.reserve(8 * coarse.size());
-  for (std::size_t e = 0; e < coarse.size(); ++e) {
-    const auto [a, b, c, d] = coarse[e];
-    const auto [ab, bc, ac, ad, bd, cd] = fine.edge_vertices[e];
-    // Four corners, and the octahedron between them, which its diagonal from ac to bd divides.
-    tetrahedra.insert(tetrahedra.end(), {{a, ab, ac, ad},
-                                         {ab, b, bc, bd},
-                                         {ac, bc, c, cd},
-                                         {ad, bd, cd, d},
-                                         {ab, bc, ac, bd},
-                                         {ac, bc, cd, bd},
-                                         {ab, ac, ad, bd},
-                                         {ac, cd, ad, bd}});
+  std::vector<std::array<Index, 4>> parts;
+  parts.reserve(kParts * tetrahedra.size());
+  for (std::size_t e = 0; e < tetrahedra.size(); ++e) {
+    const Nodes nodes = nodes_of(fine, e);
+    for (const auto& [a, b, c, d] : kCorners) {
+      parts.push_back({nodes[a], nodes[b], nodes[c], nodes[d]});
+    }
   }
+  tetrahedra = std::move(parts);
   fine.edge_vertices.clear();
   fine.tetrahedron_ids.clear();
   fine.regions.clear();
-  for (const int region : mesh.regions) fine.regions.insert(fine.regions.end(), 8, region);
+  for (const int region : mesh.regions) fine.regions.insert(fine.regions.end(), kParts, region);
   for (auto& [name, values] : fine.cell_arrays) {
     const Matrix of_coarse = values;
     values.resize(of_coarse.rows(), 8 * of_coarse.cols());
@@ -50,7 +119,10 @@ TetMesh refined_mesh(const TetMesh& mesh) {
       }
     }
   }
-  return mesh.is_quadratic() ? with_edge_vertices(std::move(fine)) : fine;
+  if (!mesh.is_quadratic()) return fine;
+  fine = with_edge_vertices(std::move(fine));
+  take_from_coarse(mesh, fine);
+  return fine;
 }
 
 }  // namespace tetraction

@@ -176,5 +176,61 @@ TEST(RefinedMesh, KeepsVolumeVerticesAndFields) {
   EXPECT_NEAR(quadratic.total_volume(), 2.0, 1e-14);
 }
 
+// x = X + a quadratic polynomial, which the elements of ten nodes represent exactly.
+Vector3 bent_place(const Vector3& x) {
+  return {x.x() + 0.1 * x.y() * x.y(), x.y() + 0.2 * x.x() * x.z() - 0.05 * x.x() * x.x(),
+          x.z() - 0.15 * x.x() * x.y()};
+}
+
+TEST(RefinedMesh, CurvedEdgesKeepTheirForm) {
+  const TetMesh straight = with_edge_vertices(generate_box({2, 1, 1}, {2, 1, 1}));
+  TetMesh mesh = straight;
+  for (Vector3& x : mesh.vertices.own()) x = bent_place(x);
+  Group skin{"skin", 2, 0, {}, {}};
+  skin.triangles = boundary_faces(mesh);
+  mesh.groups = {skin};
+  const auto square = [](const Vector3& x) { return x.x() * x.x() - 3.0 * x.y() * x.z(); };
+  const auto values_on = [&](const TetMesh& of) {
+    Matrix values(1, of.vertex_count());
+    for (Index v = 0; v < of.vertex_count(); ++v) {
+      values(0, v) = square(of.vertices[static_cast<std::size_t>(v)]);
+    }
+    return values;
+  };
+  mesh.point_arrays["square"] = values_on(straight);
+
+  const TetMesh fine = refined_mesh(mesh);
+  const TetMesh flat = refined_mesh(straight);
+  ASSERT_EQ(fine.vertex_count(), flat.vertex_count());
+  for (std::size_t v = 0; v < fine.vertices.size(); ++v) {
+    EXPECT_LE((fine.vertices[v] - bent_place(flat.vertices[v])).norm(), 1e-15 * 8) << v;
+  }
+  EXPECT_LE((fine.point_arrays.at("square") - values_on(flat)).cwiseAbs().maxCoeff(), 1e-15 * 8);
+  for (Index e = 0; e < mesh.tetrahedron_count(); ++e) {
+    double sum = 0.0;
+    for (Index part = 8 * e; part < 8 * e + 8; ++part) {
+      EXPECT_GT(fine.volume(part), 0.0) << part;
+      sum += fine.volume(part);
+    }
+    EXPECT_NEAR(sum, mesh.volume(e), 1e-15) << e;
+  }
+  // The triangles of groups are faces of the boundary with the same orientation.
+  const auto rotated = [](std::array<Index, 3> face) {
+    std::rotate(face.begin(), std::min_element(face.begin(), face.end()), face.end());
+    return face;
+  };
+  const auto sorted = [&](std::vector<std::array<Index, 3>> faces) {
+    std::transform(faces.begin(), faces.end(), faces.begin(), rotated);
+    std::sort(faces.begin(), faces.end());
+    return faces;
+  };
+  EXPECT_EQ(sorted(fine.groups[0].triangles), sorted(boundary_faces(fine)));
+  TetMesh linear = generate_box({2, 1, 1}, {2, 1, 1});
+  skin.triangles = boundary_faces(linear);
+  linear.groups = {skin};
+  const TetMesh fine_linear = refined_mesh(linear);
+  EXPECT_EQ(sorted(fine_linear.groups[0].triangles), sorted(boundary_faces(fine_linear)));
+}
+
 }  // namespace
 }  // namespace tetraction

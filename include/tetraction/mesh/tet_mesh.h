@@ -170,8 +170,8 @@ TetMesh without_edge_vertices(const TetMesh& mesh);
 
 /// The mesh with each tetrahedron divided into eight by the middles of its edges. The vertices of the coarse
 /// mesh come first and keep their numbers; tetrahedra are numbered anew. Groups, regions and cell arrays are those of
-/// the tetrahedron, triangle or line that was divided. A quadratic mesh remains quadratic, and its new edges are
-/// straight.
+/// the tetrahedron, triangle or line that was divided. A quadratic mesh remains quadratic, and its curved edges keep
+/// their form: the new vertices are points of the coarse tetrahedra, and point arrays have the values there.
 TetMesh refined_mesh(const TetMesh& mesh);
 
 /// The faces that belong to one tetrahedron only. Their vertices are ordered so that normals point

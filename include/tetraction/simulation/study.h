@@ -1,6 +1,7 @@
 // Step-size studies: the same motion with several integrators and several step sizes.
 #pragma once
 
+#include <array>
 #include <functional>
 #include <limits>
 #include <map>
@@ -30,6 +31,11 @@ struct StudyVariant {
 enum class ReferenceKind {
   kRun,        ///< one run
   kRichardson  ///< the extrapolation of runs with three steps, see ReferenceExtrapolation
+};
+template <>
+struct EnumNames<ReferenceKind> {
+  static constexpr std::array names{"run", "richardson"};
+  static constexpr const char* noun = "a kind of reference";
 };
 
 /// A further run with another solver, in addition to those of every integrator at every step.
@@ -84,6 +90,10 @@ enum class StudyRole {
   /// what that changes.
   kVariant,
   kTrial  ///< a run that was only made to choose the steps of the others
+};
+template <>
+struct EnumNames<StudyRole> {
+  static constexpr std::array names{"run", "reference", "variant", "trial"};  // of study.csv
 };
 
 /// One run of a study.
@@ -151,13 +161,6 @@ PlannedRun planned_run(const StudyPlan& plan, std::size_t variant, const StudyRu
 /// than the end time, variants that end at different times, an error probe that a variant does not
 /// have, events that change [time], settings of rules that do not fit, and solvers that cannot be compared.
 StudyPlan plan_study(const Scene& scene, const TetMesh& mesh, const StudySettings& settings);
-
-/// "run", "reference", "variant", "trial": the words of study.csv.
-std::string to_string(StudyRole role);
-/// "run", "richardson".
-std::string to_string(ReferenceKind kind);
-/// The inverse. Throws InputError for another word, with the valid ones.
-ReferenceKind reference_kind_from_string(const std::string& name);
 
 /// A reference that is extrapolated from runs of one integrator with the steps 2h, h and h/2.
 ///
@@ -405,7 +408,8 @@ StudyMemory memory_of_runs();
 ///
 /// Then the cheap runs are repeated, as StudySettings::repeats says: those with the role kRun that reached the end
 /// on this kind of processor, took less than half a second of processor time, and shared no cores. Repeats have no
-/// observers. Those of a run that are stopped do not count.
+/// observers. Those of a run that are stopped do not count, nor those that end at other positions than the run: a
+/// remark says so.
 StudyResult run_study(const StudyPlan& plan, const TetMesh& mesh,
                       const ObserverFactory& observers = {}, const StudyProgress& progress = {},
                       const StudyMemory& memory = {}, int jobs = 1);

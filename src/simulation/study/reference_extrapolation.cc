@@ -75,23 +75,20 @@ Order judged(const Differences& found, int theory, double inexact) {
   return may_be_larger && may_be_smaller ? Order::kHidden : Order::kMissed;
 }
 
-// "the observed order at the end is 1.20", for differences that speak against the order.
-std::string miss(double order, const char* what) {
-  return fmt::format("the observed order {} is {}", what,
-                     std::isfinite(order) ? fmt::format("{:.2f}", order) : "not defined");
-}
+// One of the quantities that are extrapolated.
+struct Quantity {
+  Differences differences;
+  const char* place = "";  // of the order in messages
+  Order order = Order::kShown;
 
-std::string while_theory(const std::string& misses, int theory) {
-  return fmt::format("{}, while the theoretical order is {}", misses, theory);
-}
-
-// `scale` makes the differences relative.
-std::string equal_runs(const Differences& found, double scale) {
-  return fmt::format(
-      "the runs differ by {:.1e} and {:.1e} only, which the tolerance of the solver and round-off "
-      "explain, so that the differences show no order",
-      found.coarse / scale, found.fine / scale);
-}
+  // "the observed order at the end is 1.20", if the differences speak against the order.
+  std::string miss() const {
+    if (order != Order::kMissed) return {};
+    const double found = differences.order();
+    return fmt::format("the observed order {} is {}", place,
+                       std::isfinite(found) ? fmt::format("{:.2f}", found) : "not defined");
+  }
+};
 
 }  // namespace
 
@@ -111,19 +108,6 @@ ExtrapolatedReference extrapolate_reference(
                                                  tracks[2]->probe(probe.series())};
   const bool has_probe = probes[2] != nullptr;
 
-  const Differences at_end =
-      differences_of(tracks[0]->last(), tracks[1]->last(), tracks[2]->last(), share);
-  const Differences over_time =
-      differences_over_time({tracks[0].get(), tracks[1].get(), tracks[2].get()}, share);
-  const Differences of_probe = has_probe ? differences_of_probes(probes, share) : Differences{};
-
-  ExtrapolatedReference made;
-  ReferenceExtrapolation& result = made.result;
-  result.step = step;
-  result.order_at_end = at_end.order();
-  result.order_over_time = over_time.order();
-  if (has_probe) result.order_of_probe = of_probe.order();
-
   const MotionTrack& finest = *tracks[2];
   const TrackScales finest_scales = scales_of(finest);
   const double finest_probe = has_probe ? series_scale(probe, finest) : 0.0;
@@ -132,32 +116,46 @@ ExtrapolatedReference extrapolate_reference(
   const double scale = std::max(finest_scales.at_end, finest_scales.over_time);
   const double level =
       (inexact.residuals + inexact.round_off) * scale + inexact.round_off * finest.last().norm();
-  {
-    const Order end = judged(at_end, p, level);
-    const Order time = judged(over_time, p, level);
-    std::string misses;
-    if (end == Order::kMissed) misses = miss(result.order_at_end, "at the end");
-    if (time == Order::kMissed) {
-      misses += (misses.empty() ? "" : ", and ") + miss(result.order_over_time, "over time");
-    }
-    result.is_exact = end == Order::kHidden && time == Order::kHidden;
-    if (!misses.empty()) {
-      result.reason = while_theory(misses, p);
-    } else if (result.is_exact) {
-      result.reason = equal_runs(over_time, finest_scales.over_time);
-    }
-    result.is_valid = result.reason.empty();
-  }
-  if (has_probe) {
-    const Order found = judged(of_probe, p, level / scale * finest_probe);
-    result.probe_is_exact = found == Order::kHidden;
-    if (found == Order::kMissed) {
-      result.probe_reason = while_theory(miss(result.order_of_probe, "of the probe"), p);
-    } else if (result.probe_is_exact) {
-      result.probe_reason = equal_runs(of_probe, finest_probe > 0.0 ? finest_probe : 1.0);
-    }
-    result.probe_is_valid = result.probe_reason.empty();
-  }
+  const auto quantity = [p](const Differences& differences, const char* place, double level_of) {
+    return Quantity{differences, place, judged(differences, p, level_of)};
+  };
+  const Quantity end =
+      quantity(differences_of(tracks[0]->last(), tracks[1]->last(), finest.last(), share),
+               "at the end", level);
+  const Quantity time =
+      quantity(differences_over_time({tracks[0].get(), tracks[1].get(), &finest}, share),
+               "over time", level);
+  const Quantity of_probe = has_probe ? quantity(differences_of_probes(probes, share),
+                                                 "of the probe", level / scale * finest_probe)
+                                      : Quantity{};
+
+  ExtrapolatedReference made;
+  ReferenceExtrapolation& result = made.result;
+  result.step = step;
+  result.order_at_end = end.differences.order();
+  result.order_over_time = time.differences.order();
+  if (has_probe) result.order_of_probe = of_probe.differences.order();
+  result.is_exact = end.order == Order::kHidden && time.order == Order::kHidden;
+  result.probe_is_exact = of_probe.order == Order::kHidden;
+  // `unit` makes the differences relative.
+  const auto reason = [p](const std::string& misses, bool is_exact, const Differences& found,
+                          double unit) {
+    if (!misses.empty()) return fmt::format("{}, while the theoretical order is {}", misses, p);
+    if (!is_exact) return std::string();
+    return fmt::format(
+        "the runs differ by {:.1e} and {:.1e} only, which the tolerance of the solver and "
+        "round-off explain, so that the differences show no order",
+        found.coarse / unit, found.fine / unit);
+  };
+  const std::string at_end = end.miss();
+  const std::string over_time = time.miss();
+  const bool both = !at_end.empty() && !over_time.empty();
+  result.reason = reason(at_end + (both ? ", and " : "") + over_time, result.is_exact,
+                         time.differences, finest_scales.over_time);
+  result.is_valid = result.reason.empty();
+  result.probe_reason = reason(of_probe.miss(), result.probe_is_exact, of_probe.differences,
+                               finest_probe > 0.0 ? finest_probe : 1.0);
+  result.probe_is_valid = result.probe_reason.empty();
 
   made.motion = tracks[2];
   if (result.is_valid || (has_probe && result.probe_is_valid)) {
@@ -177,11 +175,12 @@ ExtrapolatedReference extrapolate_reference(
     return (is_valid ? next * d.extrapolated : (is_exact ? 1.0 : share) * d.fine) / unit;
   };
   const TrackScales scales = scales_of(*made.motion);
-  result.error_at_end = error_of(at_end, result.is_valid, result.is_exact, scales.at_end);
-  result.error_over_time = error_of(over_time, result.is_valid, result.is_exact, scales.over_time);
+  result.error_at_end = error_of(end.differences, result.is_valid, result.is_exact, scales.at_end);
+  result.error_over_time =
+      error_of(time.differences, result.is_valid, result.is_exact, scales.over_time);
   if (has_probe) {
-    result.error_of_probe = error_of(of_probe, result.probe_is_valid, result.probe_is_exact,
-                                     series_scale(probe, *made.motion));
+    result.error_of_probe = error_of(of_probe.differences, result.probe_is_valid,
+                                     result.probe_is_exact, series_scale(probe, *made.motion));
   }
   if (result.is_valid) {
     result.finest_error_at_end = (finest.last() - made.motion->last()).norm() / scales.at_end;

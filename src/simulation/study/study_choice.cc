@@ -36,19 +36,19 @@ SearchedRule searched(const RuleQuestion& question, const StepQuestion& of) {
 class Choice {
  public:
   Choice(const StepQuestion& question, StudyBudget& budget, const MakeTrackedRun& make)
-      : question_(question), budget_(budget), make_(make) {}
+      : question_(question), budget_(budget), make_(make) {
+    choice_.rules.resize(question.rules.size());
+  }
 
   StepChoice result() {
     choose_reference();
-    if (reference_) {
-      if (question_.target) {
-        meet_target();
-      } else {
-        make_ladders();
-      }
+    if (!reference_) {
+      add_first_steps();
+    } else if (question_.target) {
+      meet_target();
+    } else {
+      make_ladders();
     }
-    if (!reference_) add_first_steps();
-    add_adaptive_runs();
     find_stable_steps();
     collect();
     return std::move(choice_);
@@ -164,9 +164,10 @@ class Choice {
     for (std::size_t i = 0; i < question_.rules.size() && !choice_.is_stopped; ++i) {
       const RuleQuestion& rule = question_.rules[i];
       if (rule.adapts) continue;
-      targets_[i] = find_target_step(searched(rule, question_), i, goal, budget_,
-                                     [&](std::size_t, Index n) { return measure(rule.rule, n); });
-      for (const auto& made : targets_[i].runs) chosen_[i].insert(step(made.first));
+      const TargetStep& found = choice_.rules[i].target.emplace(
+          find_target_step(searched(rule, question_), i, goal, budget_,
+                           [&](std::size_t, Index n) { return measure(rule.rule, n); }));
+      for (const auto& made : found.runs) chosen_[i].insert(step(made.first));
     }
   }
 
@@ -180,15 +181,6 @@ class Choice {
     }
   }
 
-  // A rule that adapts its steps has about the same error whatever its first one is: one run of it is enough.
-  void add_adaptive_runs() {
-    for (std::size_t i = 0; i < question_.rules.size(); ++i) {
-      const RuleQuestion& rule = question_.rules[i];
-      if (!rule.asked.has_ladder || !rule.adapts) continue;
-      chosen_[i].insert(step(series_above(static_cast<double>(searched(rule, question_).first))));
-    }
-  }
-
   void find_stable_steps() {
     constexpr double kAccuracy = 0.02;
     StudyBudget left(budget_.total() - budget_.spent() - choice_.seconds);
@@ -199,8 +191,8 @@ class Choice {
       // There may be some ten runs.
       const double seconds = run_seconds(rule, limit.fewest);
       if (!left.allows(5.0 * seconds)) continue;
-      stable_[i] = find_stable_step(limit.fewest, kAccuracy, left,
-                                    [&](Index n) { return trial(rule.rule, n); });
+      choice_.rules[i].stable = find_stable_step(limit.fewest, kAccuracy, left,
+                                                 [&](Index n) { return trial(rule.rule, n); });
     }
     budget_.spend(left.spent());
   }
@@ -218,17 +210,18 @@ class Choice {
     for (std::size_t i = 0; i < question_.rules.size(); ++i) {
       const RuleQuestion& rule = question_.rules[i];
       std::set<double> steps = chosen_[i];
+      // A rule that adapts its steps has about the same error whatever its first one is: one run of it is enough.
+      if (rule.asked.has_ladder && rule.adapts) {
+        steps.insert(step(series_above(static_cast<double>(searched(rule, question_).first))));
+      }
       steps.insert(rule.asked.steps.begin(), rule.asked.steps.end());
-      RuleChoice choice;
+      RuleChoice& choice = choice_.rules[i];
       choice.steps.assign(steps.begin(), steps.end());
       for (const auto& [key, made] : runs_) {
         if (key.first == rule.rule && !steps.contains(key.second)) {
           choice.trials.push_back(key.second);
         }
       }
-      if (targets_.contains(i)) choice.target = targets_.at(i);
-      if (stable_.contains(i)) choice.stable = stable_.at(i);
-      choice_.rules.push_back(std::move(choice));
     }
   }
 
@@ -238,8 +231,6 @@ class Choice {
   std::map<std::pair<StudyRule, double>, TrackedRun> runs_;  // by rule and step
   Track reference_;
   std::map<std::size_t, std::set<double>> chosen_;
-  std::map<std::size_t, TargetStep> targets_;
-  std::map<std::size_t, StableStep> stable_;
   StepChoice choice_;
 };
 

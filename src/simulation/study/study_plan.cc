@@ -292,32 +292,6 @@ PlannedRun planned_run(const StudyPlan& plan, std::size_t variant, const StudyRu
   return run;
 }
 
-std::string to_string(StudyRole role) {
-  switch (role) {
-    case StudyRole::kReference:
-      return "reference";
-    case StudyRole::kVariant:
-      return "variant";
-    case StudyRole::kTrial:
-      return "trial";
-    case StudyRole::kRun:
-      break;
-  }
-  return "run";
-}
-
-std::string to_string(ReferenceKind kind) {
-  return kind == ReferenceKind::kRun ? "run" : "richardson";
-}
-
-ReferenceKind reference_kind_from_string(const std::string& name) {
-  for (const ReferenceKind kind : {ReferenceKind::kRun, ReferenceKind::kRichardson}) {
-    if (name == to_string(kind)) return kind;
-  }
-  throw InputError(
-      fmt::format("{} is not a kind of reference; there are run and richardson.", in_quotes(name)));
-}
-
 StudyPlan begin_plan(const Scene& scene, const TetMesh& mesh, const StudySettings& settings) {
   StudyPlan plan;
   plan.variants = settings.variants;

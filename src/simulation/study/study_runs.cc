@@ -1,13 +1,16 @@
 // Makes the runs of a study.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <atomic>
 #include <ctime>
-#include <exception>
+#include <functional>
 #include <map>
 #include <memory>
 #include <mutex>
 #include <numeric>
 #include <optional>
+#include <string>
 #include <utility>
 
 #include "run_scene.h"
@@ -20,14 +23,14 @@ namespace {
 
 constexpr double kNotKnown = std::numeric_limits<double>::quiet_NaN();
 
-// Stops a run if another one was stopped or has thrown an exception.
-class StopWithOthers : public Observer {
+// Stops a run at the end of a step where `stops` says so.
+class StopWhen : public Observer {
  public:
-  explicit StopWithOthers(const std::atomic<bool>& flag) : flag_(flag) {}
-  bool on_step(const Session&) override { return !flag_; }
+  explicit StopWhen(std::function<bool()> stops) : stops_(std::move(stops)) {}
+  bool on_step(const Session&) override { return !stops_(); }
 
  private:
-  const std::atomic<bool>& flag_;
+  std::function<bool()> stops_;
 };
 
 // The processor time of the steps of a run. One of these is its first observer, which stops the clock, and one the last,
@@ -66,16 +69,6 @@ class StepClock : public Observer {
 
   Reading& reading_;
   bool starts_;
-};
-
-// Stops a repeat on request.
-class StopOnRequest : public Observer {
- public:
-  explicit StopOnRequest(const StudyMemory& memory) : memory_(memory) {}
-  bool on_step(const Session&) override { return !memory_.is_stopped || !memory_.is_stopped(); }
-
- private:
-  const StudyMemory& memory_;
 };
 
 // How the runs of a study are made: as many at a time as there are jobs.
@@ -151,7 +144,10 @@ class StudyRuns {
       }
     });
     repeat_cheap_runs(rows);
-    return compare_runs(plan_, rows, [this](const PlannedRun& run) { return track_of(run); });
+    StudyResult result =
+        compare_runs(plan_, rows, [this](const PlannedRun& run) { return track_of(run); });
+    result.remarks.insert(result.remarks.end(), remarks_.begin(), remarks_.end());
+    return result;
   }
 
  private:
@@ -159,6 +155,11 @@ class StudyRuns {
     const auto found = tracks_.find(run.directory);
     if (found != tracks_.end()) return found->second;
     return memory_.track ? memory_.track(run) : nullptr;
+  }
+
+  const TetMesh& mesh_of(const PlannedRun& run) const {
+    const auto& own = plan_.variants[run.variant].mesh;
+    return own ? *own : mesh_;
   }
 
   StudyRow make_run(const PlannedRun& run, const Workers& workers) {
@@ -182,14 +183,13 @@ class StudyRuns {
   }
 
   StudyRow row_of(const PlannedRun& run, MotionRecorder& recorder, const Workers& workers) {
-    const StudyVariant& variant = plan_.variants[run.variant];
     StudyRow row;
     row.integrator = run.integrator;
     row.step = run.step;
     row.solver = run.solver;
     row.compares_solver = run.compares_solver;
     row.settings = to_string(run.settings);
-    row.variant = variant.name;
+    row.variant = plan_.variants[run.variant].name;
     row.directory = run.directory;
     row.role = run.role;
     row.shares_machine = workers.shares_machine;
@@ -200,7 +200,7 @@ class StudyRuns {
     row.cores = machine.cores;
     row.threads = thread_count();
 
-    Session session(scene_of(plan_, run), variant.mesh ? *variant.mesh : mesh_);
+    Session session(scene_of(plan_, run), mesh_of(run));
     std::vector<std::unique_ptr<Observer>> observers;
     if (observers_) {
       const std::lock_guard lock(calling_);
@@ -209,7 +209,7 @@ class StudyRuns {
     StepClock::Reading processor{workers.clock};
     StepClock first(processor, false);
     StepClock last(processor, true);
-    StopWithOthers stop(is_cancelled_);
+    StopWhen stop([this] { return is_cancelled_.load(); });
     std::vector<Observer*> watching{&first, &recorder};
     for (const auto& observer : observers) watching.push_back(observer.get());
     watching.insert(watching.end(), {&stop, &last});
@@ -257,23 +257,33 @@ class StudyRuns {
       StudyRow& row = *rows[i];
       if (spent + plan_.repeats * row.processor_seconds > plan_.repeat_seconds) return;
       if (!repeat(plan_.runs[i], row)) return;
-      spent += row.repeats * row.processor_seconds;
-      if (memory_.repeated) memory_.repeated(plan_.runs[i], row);
+      spent += plan_.repeats * row.processor_seconds;
+      if (row.repeats > 0 && memory_.repeated) memory_.repeated(plan_.runs[i], row);
     }
   }
 
-  // Makes the repeats of a run. Returns false if they were stopped; the row is as it was then.
-  bool repeat(const PlannedRun& run, StudyRow& row) const {
-    const TetMesh* own = plan_.variants[run.variant].mesh.get();
+  // Makes the repeats of a run. Returns false if they were stopped; the row is as it was then, and also if they move
+  // differently.
+  bool repeat(const PlannedRun& run, StudyRow& row) {
+    const std::shared_ptr<const MotionTrack> track = track_of(run);
     std::vector<double> times{row.processor_seconds};
     double fastest_wall = row.wall_seconds;
     for (int k = 0; k < plan_.repeats; ++k) {
       StepClock::Reading processor{CLOCK_PROCESS_CPUTIME_ID};
       StepClock first(processor, false);
       StepClock last(processor, true);
-      StopOnRequest stop(memory_);
-      Session session(scene_of(plan_, run), own != nullptr ? *own : mesh_);
-      if (session.run({&first, &stop, &last}) != RunStatus::kFinished) return false;
+      StopWhen stop([this] { return memory_.is_stopped && memory_.is_stopped(); });
+      Session session(scene_of(plan_, run), mesh_of(run));
+      const RunStatus status = session.run({&first, &stop, &last});
+      if (status == RunStatus::kCancelled) return false;
+      if (status != RunStatus::kFinished ||
+          (track && session.present_state().position != track->last())) {
+        remarks_.push_back(
+            fmt::format("the run in {} was made again and ended differently, although nothing was "
+                        "changed: its times are those of the first run alone",
+                        run.directory));
+        return true;
+      }
       if (processor.total() < *std::min_element(times.begin(), times.end())) {
         fastest_wall = session.times().stepping;
       }
@@ -296,6 +306,7 @@ class StudyRuns {
   const StudyProgress& progress_;
   const StudyMemory& memory_;
   std::map<std::string, std::shared_ptr<const MotionTrack>> tracks_;  // by the folders of runs
+  std::vector<std::string> remarks_;                                  // of repeats
   std::size_t count_ = 1;                  // runs that the study makes or keeps
   std::size_t done_ = 0;                   // runs that were begun or kept
   std::mutex calling_;                     // held while a function of the caller is called
