@@ -735,8 +735,21 @@ TEST(StudyPage, FillsItsTemplateOnce) {
   const std::string page = study_page(two_rules(), contents);
   expect_part(page, "<title>Step-size study: {{script}}{{none}}</title>");
   expect_part(page, "script-src 'sha256-");
-  expect_part(page, "<svg class=\"picture\"");
-  expect_part(page, "verlet, h = 5e-5 s (0.5 h_crit): error 2e-3, 2 s</title>");
+}
+
+TEST(StudyPage, HasThePlotOfTheErrorsBesideTheAnswer) {
+  StudyPageContents contents;
+  contents.answer_picture = StudyPicture{"Errors", "Caption", "<svg></svg>"};
+  contents.pictures = {{"Other", "Caption", "<svg></svg>"}};
+  const std::string page = study_page(two_rules(), contents);
+  const auto errors = page.find("<h3>Errors</h3>");
+  EXPECT_LT(errors, page.find("</section>"));
+  EXPECT_EQ(page.find("<h3>Errors</h3>", errors + 1), std::string::npos);
+  EXPECT_GT(page.find("<h3>Other</h3>"), page.find("<h2>Plots</h2>"));
+  contents.answer_picture.reset();
+  contents.why_no_pictures = "No plots.";
+  const std::string without = study_page(two_rules(), contents);
+  EXPECT_LT(without.find("No plots."), without.find("</section>"));
 }
 
 TEST(StudyFields, MakeTheSameRowAgain) {

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cctype>
 #include <cmath>
 #include <cstdint>
@@ -11,6 +10,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 #include <string_view>
+#include <utility>
 
 #include "io/text/foreign_json.h"
 #include "io/text/output_file.h"
@@ -36,16 +36,6 @@ constexpr Phase kPhases[] = {{"mesh", &RunPhases::mesh, "mesh"},
                              {"stability limit", &RunPhases::stability, "stability"},
                              {"time steps", &RunPhases::stepping, "stepping"},
                              {"output", &RunPhases::output, "output"}};
-
-// The plots that come first, in this order.
-constexpr std::array<std::string_view, 8> kFirstPlots{"quantity_over_parameter",
-                                                      "error_over_step",
-                                                      "work_precision",
-                                                      "energy_over_time",
-                                                      "linear_momentum_over_time",
-                                                      "angular_momentum_over_time",
-                                                      "shapes_at_end",
-                                                      "cost_by_phase"};
 
 std::string base64(std::string_view bytes) {
   constexpr const char* kDigits =
@@ -145,24 +135,33 @@ bool is_wide(const std::string& svg) {
   return at != std::string::npos && std::atof(svg.c_str() + at + 7) > 300.0;
 }
 
+// A plot with its heading and caption.
+std::string figure_html(const StudyPicture& picture) {
+  std::string drawing = inline_svg(picture.svg);
+  if (drawing.empty()) {
+    drawing = fmt::format("<img alt=\"{}\" src=\"data:image/svg+xml;base64,{}\">",
+                          escaped_html(picture.heading), base64(picture.svg));
+  }
+  return fmt::format("<figure{}><h3>{}</h3>\n{}\n<figcaption>{}</figcaption></figure>\n",
+                     is_wide(picture.svg) ? " class=\"wide\"" : "", escaped_html(picture.heading),
+                     drawing, escaped_html(picture.caption));
+}
+
+// All plots but that of the answer.
 std::string plots_html(const StudyPageContents& contents) {
   std::string text;
+  for (const StudyPicture& picture : contents.pictures) text += figure_html(picture);
+  return text.empty() ? "<p>There are none.</p>\n"
+                      : "<div class=\"figures\">\n" + text + "</div>\n";
+}
+
+// What stands beside the answer: the plot of the errors, and why plots are missing.
+std::string answer_picture_html(const StudyPageContents& contents) {
+  std::string text = contents.answer_picture ? figure_html(*contents.answer_picture) : "";
   if (!contents.why_no_pictures.empty()) {
-    text = fmt::format("<p id=\"no-plots\">{}</p>\n", escaped_html(contents.why_no_pictures));
+    text += fmt::format("<p id=\"no-plots\">{}</p>\n", escaped_html(contents.why_no_pictures));
   }
-  if (contents.pictures.empty()) return text;
-  text += "<div class=\"figures\">\n";
-  for (const StudyPicture& picture : contents.pictures) {
-    std::string drawing = inline_svg(picture.svg);
-    if (drawing.empty()) {
-      drawing = fmt::format("<img alt=\"{}\" src=\"data:image/svg+xml;base64,{}\">",
-                            escaped_html(picture.heading), base64(picture.svg));
-    }
-    text += fmt::format("<figure{}><h3>{}</h3>\n{}\n<figcaption>{}</figcaption></figure>\n",
-                        is_wide(picture.svg) ? " class=\"wide\"" : "",
-                        escaped_html(picture.heading), drawing, escaped_html(picture.caption));
-  }
-  return text + "</div>\n";
+  return text;
 }
 
 std::string findings_html(const StudyResult& result) {
@@ -273,26 +272,25 @@ std::vector<RunPhases> read_phases(const StudyResult& result, const std::string&
   return phases;
 }
 
-std::vector<StudyPicture> read_pictures(const StudyResult& result, const std::string& directory) {
-  std::vector<StudyPicture> pictures;
+void read_pictures(const StudyResult& result, const std::string& directory,
+                   StudyPageContents& contents) {
   const auto add = [&](const std::string& name, const std::string& heading,
                        const std::string& caption) {
-    std::string svg = read_output(directory + "/" + name + ".svg");
-    if (!svg.empty()) pictures.push_back({heading, caption, std::move(svg)});
+    StudyPicture picture{heading, caption, read_output(directory + "/" + name + ".svg")};
+    if (picture.svg.empty()) return;
+    if (name == "error_over_step") {
+      contents.answer_picture = std::move(picture);
+    } else {
+      contents.pictures.push_back(std::move(picture));
+    }
   };
-  std::vector<StudyPlot> plots(kStudyPlots.begin(), kStudyPlots.end());
-  std::stable_sort(plots.begin(), plots.end(), [](const StudyPlot& a, const StudyPlot& b) {
-    return std::find(kFirstPlots.begin(), kFirstPlots.end(), a.name) <
-           std::find(kFirstPlots.begin(), kFirstPlots.end(), b.name);
-  });
-  for (const StudyPlot& plot : plots) add(plot.name, plot.heading, plot.caption);
+  for (const StudyPlot& plot : kStudyPlots) add(plot.name, plot.heading, plot.caption);
   for (const ProbeColumns& probe : result.probes) {
     if (probe.name.find('/') != std::string::npos) continue;
     add("probe_" + probe.name, fmt::format("Probe {} over time", probe.name),
         "Left: the values. Right: the magnitude of their difference from the (finest run of the) "
         "reference.");
   }
-  return pictures;
 }
 
 }  // namespace
@@ -312,7 +310,7 @@ std::string study_page(const StudyResult& result, const StudyPageContents& conte
        {"style", kStudyPageStyle},
        {"question", escaped_html(question)},
        {"sentences", list_html(answer_sentences(result, answer))},
-       {"picture", study_picture(result)},
+       {"picture", answer_picture_html(contents)},
        {"answer", answer_html(result, answer)},
        {"plots", plots_html(contents)},
        {"findings", findings_html(result)},
@@ -333,8 +331,8 @@ void write_study_page(const StudyResult& result, const std::string& scene_name,
   contents.scene_name = scene_name;
   contents.provenance = provenance;
   contents.why_no_pictures = why_no_pictures;
-  contents.pictures = read_pictures(result, directory);
-  if (contents.pictures.empty() && why_no_pictures.empty()) {
+  read_pictures(result, directory, contents);
+  if (contents.pictures.empty() && !contents.answer_picture && why_no_pictures.empty()) {
     contents.why_no_pictures = "There are no plots, because no run has an error above zero.";
   }
   contents.phases = read_phases(result, directory);

@@ -1,6 +1,7 @@
 // study.html: a study on one page that needs no other file and no network.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -36,17 +37,14 @@ struct StudyPicture {
 struct StudyPageContents {
   std::string scene_name;
   StudyProvenance provenance;
-  std::vector<StudyPicture> pictures;
-  std::string why_no_pictures;  ///< why some or all are missing
+  std::optional<StudyPicture> answer_picture{};  ///< the errors over the step
+  std::vector<StudyPicture> pictures;            ///< all other plots
+  std::string why_no_pictures;                   ///< why some or all are missing
   std::vector<RunPhases> phases;
 };
 
 /// The text of the page: the template study_page.html with its parts filled in.
 std::string study_page(const StudyResult& result, const StudyPageContents& contents);
-
-/// The errors of the first variant over their costs, or over the step if costs are not known, as SVG. Empty without
-/// errors.
-std::string study_picture(const StudyResult& result);
 
 /// Reads the plots that are there and the summaries of the runs in the directory of a study, and writes the page
 /// there. It says why some or all plots are missing, unless that is empty. Throws OutputError.

@@ -58,7 +58,7 @@ for (const row of all("tr[data-run]")) {
 // The points of a plot that have a value: markers with a title, and the corners of curves over time, whose values
 // follow from the scale of their axes.
 function points_of(plot) {
-  const points = all("circle, use", plot).filter(mark => mark.querySelector("title"))
+  const points = all("use", plot).filter(mark => mark.querySelector("title"))
     .map(mark => ({ mark, text: mark.querySelector("title").textContent }));
   for (const curve of all("[data-scale]", plot)) {
     const [a, b, isLogX, c, d, isLogY] = curve.dataset.scale.split(" ").map(Number);
