@@ -135,7 +135,7 @@ StudyInputs read_study_inputs(const StudyOptions& options, const ReadScene& read
   StudySettings& settings = inputs.settings;
   settings.variants = read_variants(read, overrides, options.vary);
   settings.reference_step = options.reference_step;
-  settings.reference_kind = reference_kind_from_string(options.reference);
+  settings.reference_kind = from_string<ReferenceKind>(options.reference);
   for (const std::string& text : options.also_solvers) {
     settings.solver_comparisons.push_back(read_comparison(text));
   }

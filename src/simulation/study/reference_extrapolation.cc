@@ -76,7 +76,7 @@ Order judged(const Differences& found, int theory, double inexact) {
 }
 
 // One of the quantities that are extrapolated.
-struct Quantity {
+struct JudgedQuantity {
   Differences differences;
   const char* place = "";  // of the order in messages
   Order order = Order::kShown;
@@ -117,17 +117,17 @@ ExtrapolatedReference extrapolate_reference(
   const double level =
       (inexact.residuals + inexact.round_off) * scale + inexact.round_off * finest.last().norm();
   const auto quantity = [p](const Differences& differences, const char* place, double level_of) {
-    return Quantity{differences, place, judged(differences, p, level_of)};
+    return JudgedQuantity{differences, place, judged(differences, p, level_of)};
   };
-  const Quantity end =
+  const JudgedQuantity end =
       quantity(differences_of(tracks[0]->last(), tracks[1]->last(), finest.last(), share),
                "at the end", level);
-  const Quantity time =
+  const JudgedQuantity time =
       quantity(differences_over_time({tracks[0].get(), tracks[1].get(), &finest}, share),
                "over time", level);
-  const Quantity of_probe = has_probe ? quantity(differences_of_probes(probes, share),
-                                                 "of the probe", level / scale * finest_probe)
-                                      : Quantity{};
+  const JudgedQuantity of_probe = has_probe ? quantity(differences_of_probes(probes, share),
+                                                       "of the probe", level / scale * finest_probe)
+                                            : JudgedQuantity{};
 
   ExtrapolatedReference made;
   ReferenceExtrapolation& result = made.result;
