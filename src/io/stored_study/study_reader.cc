@@ -22,11 +22,13 @@ using OrderedJson = nlohmann::ordered_json;
 
 class StudyReader {
  public:
-  explicit StudyReader(const std::string& directory)
-      : text_(read_study_text(directory)), json_(text_.json), read_(text_.path, "", hint()) {}
+  explicit StudyReader(const std::string& path)
+      : text_(read_study_text(path)), json_(text_.json), read_(text_.path, "", hint()) {}
 
   StoredStudy study() {
     StoredStudy study;
+    const ForeignJson& made_by = member_of(json_, "version");
+    if (made_by.is_string()) study.version = made_by.get<std::string>();
     study.scene = read_.text(json_, "scene");
     study.provenance = {read_.text(json_, "command"), read_.text(json_, "date")};
     read_heads();
@@ -47,7 +49,9 @@ class StudyReader {
   std::string hint() const {
     const ForeignJson& made_by = member_of(json_, "version");
     if (made_by == version()) return {};
-    return fmt::format(" This is version {}, which made it not: make the study again.", version());
+    return fmt::format(
+        " Another version of the program than this one, {}, made it: make the study again.",
+        version());
   }
 
   // Calls `take` and reports a value of another kind as a wrong member.
@@ -148,6 +152,7 @@ class StudyReader {
         if (!field.is_in(kInJson)) continue;
         const std::vector<std::string> words = field_words(field);
         if (!words.empty()) read.word(run, field.name, words);
+        if (field.is_number() && !field.is_in(kDerived)) read.number(run, field.name);
         const ForeignJson& value = read.member(run, field.name);
         checked(read, field.name, [&] { read_field(field, value, row); });
       }
@@ -350,8 +355,8 @@ std::string study_plan_json(const StudyPlan& plan, const RunDigests& digests) {
   return json.dump(-1, ' ', false, OrderedJson::error_handler_t::replace);
 }
 
-StoredStudy read_stored_study(const std::string& directory) {
-  return StudyReader(directory).study();
+StoredStudy read_stored_study(const std::string& path) {
+  return StudyReader(path).study();
 }
 
 }  // namespace tetraction
