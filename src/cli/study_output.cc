@@ -41,8 +41,8 @@ std::string advice_to_look(const StudyResult& result, const std::string& directo
   return {};
 }
 
-AnswerOptions answer_options(const StudyView& view) {
-  return {view.table.empty() ? AnswerFormat::kTerminal : answer_format_from_string(view.table)};
+AnswerFormat answer_format(const StudyView& view) {
+  return view.table.empty() ? AnswerFormat::kTerminal : answer_format_from_string(view.table);
 }
 
 }  // namespace
@@ -65,7 +65,7 @@ void add_drawing_options(CLI::App& command, StudyDrawing& drawing) {
 }
 
 void check_view(const StudyView& view) {
-  answer_options(view);
+  answer_format(view);
 }
 
 std::string write_study_files(const FinishedStudy& study, const std::string& directory,
@@ -104,13 +104,13 @@ std::string write_study_files(const FinishedStudy& study, const std::string& dir
 void print_study(const FinishedStudy& study, const StudyView& view, const std::string& json,
                  bool has_plots, const std::vector<std::string>& frames) {
   if (view.json) return write_json_result(json);
-  if (!view.table.empty()) return write_result(answer_text(study.result, answer_options(view)));
+  if (!view.table.empty()) return write_result(answer_text(study.result, answer_format(view)));
   if (view.quiet) return;
   if (study.result.left_out > 0) {
     print_result("This is a part of a study: {} of its {} runs.\n\n", study.result.rows.size(),
                  study.result.rows.size() + study.result.left_out);
   }
-  write_result(view.all ? study_table(study.result) : answer_text(study.result, {}));
+  write_result(view.all ? study_table(study.result) : answer_text(study.result));
   print_result("\nresults: {0}/study.html, {0}/study.csv, {0}/study.json{1}\n{2}", study.directory,
                has_plots ? ", plots (*.png, *.svg, *.pdf)" : "",
                advice_to_look(study.result, study.directory, frames));

@@ -68,7 +68,7 @@ class Diff(StudyTest):
         self.make("b", "--integrators", "midpoint", "--steps", "5e-3", "--reference-integrator",
                   "verlet")  # fmt: skip
         table = self.run_program("study diff a b").stdout
-        self.assertIn("different references, midpoint at 0.0005 s and verlet at 0.0005 s", table)
+        self.assertIn("different references, midpoint with h = 5e-4 s and verlet with h = 5e-4 s", table)
         self.make("c", "--integrators", "midpoint", "--steps", "5e-3", "--threads", "1")
         study = self.read_json("c", "study.json")
         study["runs"][0]["processor"] = "another one"
@@ -108,11 +108,10 @@ class Diff(StudyTest):
         for key in ("version", "command", "date", "scene"):
             forged[key] = bad
         forged["error"] = "probe." + bad
-        forged["reference"]["integrator"] = bad
-        for i, run in enumerate(forged["runs"]):
-            run.update(variant=bad, solver=bad, processor=bad)
-            if i == 0:
-                run["integrator"] = bad
+        del forged["plan"]
+        forged["variants"] = [dict(name=bad, values={})]
+        for run in forged["runs"]:
+            run.update(variant=bad, solver=bad, settings=bad, processor=bad)
         self.write("forged.json", json.dumps(forged))
         for arguments in (("a", "forged.json"), ("forged.json", "a"), ("forged.json", "forged.json")):
             for option in ([], ["--json"]):
@@ -122,6 +121,11 @@ class Diff(StudyTest):
                 self.assertIn("[31m", text)
         # As JSON it is the same text.
         self.assertEqual(self.json_of("study diff forged.json a")["a"]["scene"], bad)
+        forged["runs"][0]["status"] = bad
+        self.write("forged.json", json.dumps(forged))
+        message = self.refused(3, "study diff a forged.json")
+        self.assertIn("[31m", message)
+        self.assertNotIn("\x1b", message)
 
     def test_nested_deep(self):
         self.make("a", "--integrators", "midpoint", "--steps", "5e-3")
@@ -163,7 +167,7 @@ class Diff(StudyTest):
             (with_run(position_error="missing"), '"position_error" is missing'),
             (with_run(step=None), '"step" is not a positive number'),
             (with_run(step="b"), '"step" is not a number'),
-            (with_run(integrator=""), '"integrator" is empty'),
+            (with_run(integrator=""), '"integrator" has an unknown value'),
             (with_run(role=None), '"role" is not a text'),
             ({**whole, "interrupted": True}, "has not ended: it was interrupted"),
             (with_run(status="interrupted"), "has not ended: it was interrupted"),

@@ -14,9 +14,9 @@
 #include "cli/study_output.h"
 #include "commands.h"
 #include "io/results/result_folders.h"
+#include "io/stored_study/study_diff.h"
 #include "io/stored_study/study_merge.h"
 #include "io/stored_study/study_reader.h"
-#include "io/study/study_diff.h"
 #include "io/text/output_file.h"
 #include "tetraction/core/error.h"
 #include "tetraction/core/provenance.h"
@@ -110,12 +110,11 @@ void add_study_diff_command(CLI::App& study, int& exit_code) {
   command->add_flag("--json", arguments->json, "Print the differences as JSON");
   command->callback([arguments, command, &study, &exit_code] {
     refuse_options_of_study(study, *command);
-    const StudyDiff diff =
-        diff_studies(read_study_file(arguments->a), read_study_file(arguments->b));
+    const StudyDiff diff(arguments->a, arguments->b);
     if (arguments->json) {
-      write_json_result(study_diff_json(diff));
+      write_json_result(diff.json());
     } else {
-      write_result(study_diff_table(diff));
+      write_result(diff.table());
     }
     exit_code = 0;
   });

@@ -35,11 +35,13 @@ std::optional<ReferenceExtrapolation> extrapolation_in(const Members& read) {
 
 class StudyReader {
  public:
-  explicit StudyReader(const std::string& directory)
-      : text_(read_study_text(directory)), read_(text_.path, "", hint(), &text_.json) {}
+  explicit StudyReader(const std::string& path)
+      : text_(read_study_text(path)), read_(text_.path, "", hint(), &text_.json) {}
 
   StoredStudy study() {
     StoredStudy study;
+    const ForeignJson& made_by = member_of(text_.json, "version");
+    if (made_by.is_string()) study.version = made_by.get<std::string>();
     study.scene = read_.text("scene");
     study.provenance = {read_.text("command"), read_.text("date")};
     read_heads();
@@ -59,7 +61,9 @@ class StudyReader {
  private:
   std::string hint() const {
     if (member_of(text_.json, "version") == version()) return {};
-    return fmt::format(" This is version {}, which made it not: make the study again.", version());
+    return fmt::format(
+        " Another version of the program than this one, {}, made it: make the study again.",
+        version());
   }
 
   void read_heads() {
@@ -124,6 +128,7 @@ class StudyReader {
         if (!field.is_in(kInJson)) continue;
         const std::vector<std::string> words = field_words(field);
         if (!words.empty()) read.word(field.name, words);
+        if (field.is_number() && !field.is_in(kDerived)) read.number(field.name);
         read.as(field.name, [&](const ForeignJson& value) { read_field(field, value, row); });
       }
       read.positive("step");
@@ -264,8 +269,8 @@ class StudyReader {
 
 }  // namespace
 
-StoredStudy read_stored_study(const std::string& directory) {
-  return StudyReader(directory).study();
+StoredStudy read_stored_study(const std::string& path) {
+  return StudyReader(path).study();
 }
 
 }  // namespace tetraction

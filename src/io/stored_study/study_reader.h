@@ -19,14 +19,15 @@ struct StoredPlan {
 /// A study as its study.json has it.
 struct StoredStudy {
   StudyResult result;
-  std::string scene;  ///< name of its file
+  std::string version{};  ///< of the program that made it; may be empty
+  std::string scene;      ///< name of its file
   StudyProvenance provenance;
   std::string text;                  ///< of study.json
   std::optional<StoredPlan> plan{};  ///< not that of a program of its own
 };
 
-/// Reads the study.json of a directory. Also that of a study that was interrupted. Throws FileError if it is missing,
+/// Reads the study.json of a directory, or a file with its text. Also that of a study that was interrupted. Throws FileError if it is missing,
 /// cut off, of another kind or version, or contradicts itself: nothing in it is guessed.
-StoredStudy read_stored_study(const std::string& directory);
+StoredStudy read_stored_study(const std::string& path);
 
 }  // namespace tetraction

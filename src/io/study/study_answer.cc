@@ -8,7 +8,6 @@
 #include <cmath>
 #include <limits>
 #include <optional>
-#include <set>
 
 #include "study_names.h"
 #include "study_row_json.h"
@@ -41,9 +40,13 @@ class Facts {
         compared_.push_back(&row);
       }
     }
-    std::set<std::pair<std::string, int>> machines;
-    for (const StudyRow* row : rows_) machines.emplace(row->processor, row->threads);
-    answer_.has_comparable_costs = machines.size() == 1;
+    answer_.has_comparable_costs =
+        std::all_of(rows_.begin(), rows_.end(),
+                    [&](const StudyRow* row) {
+                      return row->processor == rows_.front()->processor &&
+                             row->threads == rows_.front()->threads;
+                    }) &&
+        !rows_.empty();
     answer_.compared = compared_.size();
     answer_.shared = static_cast<std::size_t>(
         std::count_if(compared_.begin(), compared_.end(),
@@ -160,12 +163,17 @@ class Facts {
     }
     const StudyRow* row = shortest != nullptr ? shortest : failed;
     if (row == nullptr) return {};
-    const std::string reason = reason_of(*row);
+    const bool is_above = !is_implicit(row->integrator) && is_above_stability_limit(*row);
+    std::string reason = row == shortest ? "became unstable" : "failed";
+    if (row == shortest && is_above) {
+      reason += " above the stability limit";
+    } else if (!reason_of(*row).empty()) {
+      reason += ": " + reason_of(*row);
+    }
     return RuleTrouble{rule,
-                       fmt::format("h = {}, at {} s", step_text(*row),
+                       fmt::format("h = {} s, at t = {} s", short_number(row->step),
                                    short_number(row->step * static_cast<double>(row->steps))),
-                       (shortest != nullptr ? "became unstable" : "failed") +
-                           (reason.empty() ? "" : ": " + reason)};
+                       reason};
   }
 
   // Orders, and whether errors fall with the step as those of a converging rule.

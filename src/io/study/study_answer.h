@@ -34,7 +34,7 @@ struct RuleAnswer {
 /// Where a rule is unstable, or its first run that failed.
 struct RuleTrouble {
   std::string rule;
-  std::string run;     ///< "h = 1e-3 s (10 h_crit), at 7e-3 s"; empty if it does not matter
+  std::string run;     ///< "h = 1e-3 s, at t = 7e-3 s"; empty if it does not matter
   std::string reason;  ///< what its runs did, as the end of a sentence: "failed: no convergence"
 };
 
@@ -104,12 +104,13 @@ struct StudyConclusion {
 /// The facts in plain sentences. A topic about which the numbers say nothing is left out.
 std::vector<StudyConclusion> study_conclusions(const StudyResult& result);
 
-/// What the search of steps found: for each rule the step that meets the target, and the largest stable one.
+/// What the search of steps found besides the table of the answer: what limits a step, and the largest stable steps.
 std::vector<std::string> finding_sentences(const StudyResult& result);
 /// What the run on a finer mesh tells; empty without a value.
 std::vector<std::string> mesh_sentences(const StudyResult& result);
-/// StudyAnswer::troubles. Rules with the same reason share a sentence.
-std::vector<std::string> trouble_sentences(const StudyAnswer& answer);
+/// StudyAnswer::troubles. Rules with the same reason share a sentence. Where the search found how long stable steps
+/// are, finding_sentences() says it.
+std::vector<std::string> trouble_sentences(const StudyResult& result, const StudyAnswer& answer);
 /// The same as the member `searched` of study.json.
 nlohmann::ordered_json findings_json(const StudyResult& result);
 /// The same again, for a study that ends at `end`. Throws nlohmann::json::exception or InputError for another kind of
@@ -120,15 +121,11 @@ enum class AnswerFormat { kTerminal, kMarkdown, kLatex };
 /// "markdown", "latex". Throws InputError for another word.
 AnswerFormat answer_format_from_string(const std::string& name);
 
-struct AnswerOptions {
-  AnswerFormat format = AnswerFormat::kTerminal;
-};
+/// The table of the answer and its sentences, at most 33 lines on a terminal. Tables for papers have no sentences.
+std::string answer_text(const StudyResult& result, AnswerFormat format = AnswerFormat::kTerminal);
 
-/// The table of the answer and two or three sentences, at most 40 lines on a terminal. Tables for papers have no
-/// sentences.
-std::string answer_text(const StudyResult& result, const AnswerOptions& options = {});
-
-/// The two or three sentences: the cheapest rule, how sure it is, and what is better compared.
+/// The sentences, at most twelve: the cheapest rule, what the table does not say of the rules, how sure it is, and
+/// what is better compared.
 std::vector<std::string> answer_sentences(const StudyResult& result, const StudyAnswer& answer);
 
 /// The table of the answer as a table of HTML.

@@ -15,8 +15,9 @@
 namespace tetraction {
 namespace {
 
-// With the head of the table and the sentences the terminal shows at most 40 lines.
-constexpr std::size_t kMostLines = 26;
+// The table and the sentences, with what the program says besides: where the results are, for instance.
+constexpr std::size_t kMostLines = 40;
+constexpr std::size_t kOtherLines = 7;
 
 bool has_equal_runs(const TargetAnswer& a, const TargetAnswer& b) {
   return std::equal(a.rules.begin(), a.rules.end(), b.rules.begin(), b.rules.end(),
@@ -69,7 +70,7 @@ StudyGrid grid_of_rules(const StudyAnswer& answer, bool repeats) {
 }
 
 // A line for each variant with its cheapest rule. Costs are relative to those of the first variant.
-StudyGrid grid_of_variants(const StudyAnswer& answer, std::size_t most) {
+StudyGrid grid_of_variants(const StudyAnswer& answer) {
   StudyGrid grid;
   grid.column("variant", true);
   grid.column("difference");
@@ -78,12 +79,11 @@ StudyGrid grid_of_variants(const StudyAnswer& answer, std::size_t most) {
   add_columns(grid);
   grid.column("verdict", true);
   const RuleAnswer* first = answer.variants.front().answer.best();
-  for (std::size_t i = 0; i < std::min(most, answer.variants.size()); ++i) {
-    const VariantAnswer& variant = answer.variants[i];
+  for (const VariantAnswer& variant : answer.variants) {
     const RuleAnswer* rule = variant.answer.best();
     grid.row();
     grid.text(variant.name);
-    grid.number(i == 0 ? 0.0 : variant.difference);
+    grid.number(&variant == &answer.variants.front() ? 0.0 : variant.difference);
     grid.number(variant.stable_step);
     grid.text(rule != nullptr ? rule->rule : "");
     const bool is_measured = rule != nullptr && first != nullptr;
@@ -97,29 +97,20 @@ StudyGrid grid_of_variants(const StudyAnswer& answer, std::size_t most) {
   return grid;
 }
 
-// Whether each variant has an answer of its own.
-bool is_sweep(const StudyResult& result, const StudyAnswer& answer) {
-  return result.references.size() > 1 && !answer.variants.empty();
+StudyGrid answer_grid(const StudyResult& result, const StudyAnswer& answer, bool repeats) {
+  // Whether each variant has an answer of its own.
+  const bool is_sweep = result.references.size() > 1 && !answer.variants.empty();
+  return is_sweep ? grid_of_variants(answer) : grid_of_rules(answer, repeats);
 }
 
-StudyGrid answer_grid(const StudyResult& result, const StudyAnswer& answer, bool is_terminal,
-                      bool repeats) {
-  return is_sweep(result, answer)
-             ? grid_of_variants(answer, is_terminal ? kMostLines : answer.variants.size())
-             : grid_of_rules(answer, repeats);
-}
-
-// At most so many lines, and how many more there are.
+// At most so many lines, of which the last one then says how many there are besides.
 std::string first_lines(const std::string& text, std::size_t most) {
-  std::size_t lines = 0;
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    if (text[i] != '\n' || ++lines < most) continue;
-    const auto more =
-        std::count(text.begin() + static_cast<std::ptrdiff_t>(i) + 1, text.end(), '\n');
-    if (more == 0) break;
-    return text.substr(0, i + 1) + fmt::format("… and {} more lines, with --all\n", more);
-  }
-  return text;
+  const auto lines = static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n'));
+  if (lines <= most) return text;
+  std::size_t end = 0;
+  for (std::size_t i = 1; i < most; ++i) end = text.find('\n', end) + 1;
+  return text.substr(0, end) +
+         fmt::format("… and {} more lines, with --table markdown\n", lines + 1 - most);
 }
 
 }  // namespace
@@ -131,30 +122,23 @@ AnswerFormat answer_format_from_string(const std::string& name) {
       "--table {}: there are no such tables; there are markdown and latex.", in_quotes(name)));
 }
 
-std::string answer_text(const StudyResult& result, const AnswerOptions& options) {
+std::string answer_text(const StudyResult& result, AnswerFormat format) {
   const StudyAnswer answer = study_answer(result);
-  const bool is_terminal = options.format == AnswerFormat::kTerminal;
-  const StudyGrid grid = answer_grid(result, answer, is_terminal, !is_terminal);
-  if (options.format == AnswerFormat::kMarkdown) return grid.markdown();
-  if (options.format == AnswerFormat::kLatex) return grid.latex();
+  const bool is_terminal = format == AnswerFormat::kTerminal;
+  const StudyGrid grid = answer_grid(result, answer, !is_terminal);
+  if (format == AnswerFormat::kMarkdown) return grid.markdown();
+  if (format == AnswerFormat::kLatex) return grid.latex();
+  const std::vector<std::string> sentences = answer_sentences(result, answer);
   std::string text;
   if (!grid.is_empty()) {
-    text = first_lines(grid.terminal(), kMostLines + 1);
-    const std::size_t hidden =
-        answer.variants.size() - std::min(answer.variants.size(), kMostLines);
-    if (is_sweep(result, answer) && hidden > 0) {
-      text += fmt::format("… and {} more variants, with --all\n", hidden);
-    }
-    text += "\n";
+    text = first_lines(grid.terminal(), kMostLines - kOtherLines - sentences.size()) + '\n';
   }
-  for (const std::string& sentence : answer_sentences(result, answer)) {
-    text += printable_message(sentence) + "\n";
-  }
+  for (const std::string& sentence : sentences) text += printable_message(sentence) + '\n';
   return text;
 }
 
 std::string answer_html(const StudyResult& result, const StudyAnswer& answer) {
-  return answer_grid(result, answer, false, true).html("answer");
+  return answer_grid(result, answer, true).html("answer");
 }
 
 }  // namespace tetraction

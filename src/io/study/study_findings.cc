@@ -1,12 +1,12 @@
-// What the search of steps found for each rule, in sentences and in numbers.
+// What the search of steps found for each rule, in sentences and as JSON.
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <iterator>
-#include <limits>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include "study_answer.h"
 #include "study_names.h"
@@ -19,163 +19,140 @@ namespace {
 constexpr std::array kWords{"met", "met, and only stability limits the step", "not met",
                             "not resolved within the budget", "error not known"};
 
-std::string word_of(TargetOutcome outcome) {
-  return kWords[static_cast<std::size_t>(outcome)];
-}
-
 TargetOutcome outcome_of(const std::string& word) {
   const auto found = std::find(kWords.begin(), kWords.end(), word);
   if (found == kWords.end()) throw InputError(word);
   return static_cast<TargetOutcome>(found - kWords.begin());
 }
 
+// A whole number from `least` that is less than `most`.
+Index whole_number(double value, double least, double most) {
+  if (!(value >= least && value < most)) throw InputError("no number of steps or runs");
+  return static_cast<Index>(value);
+}
+
 // The number of steps of that length, or 0 without one.
 Index count_of_steps(const nlohmann::json& step, double end) {
-  if (step.is_null()) return 0;
-  const double count = std::round(end / step.get<double>());
-  if (!(count >= 1.0 && count < 1e15)) throw InputError("no step");
-  return static_cast<Index>(count);
+  return step.is_null() ? 0 : whole_number(std::round(end / step.get<double>()), 1.0, 1e15);
 }
 
-// A number of runs, which are few.
 int count_of_runs(const nlohmann::json& runs) {
-  const double count = runs.get<double>();
-  if (!(count >= 0.0 && count < 1e4)) throw InputError("no number of runs");
-  return static_cast<int>(count);
+  return static_cast<int>(whole_number(runs.get<double>(), 0.0, 1e4));
 }
 
-double step_of(const StudyResult& result, Index n) {
-  return n > 0 ? result.end / static_cast<double>(n) : std::numeric_limits<double>::quiet_NaN();
-}
-
-// "1.2e-3 s (16 h_crit)".
-std::string step_text(const StudyResult& result, Integrator rule, Index n) {
-  StudyRow row;
-  row.step = step_of(result, n);
-  row.stable_step = result.stable_step;
-  for (const StudyRow& other : result.rows) {
-    if (other.integrator == rule) {
-      row.stable_step = other.stable_step;
-      break;
-    }
-  }
-  return short_number(row.step) + " s" + in_limits(row);
-}
-
-std::string target_sentence(const StudyResult& result, const RuleFinding& finding) {
+// What the search of steps found beyond the table of the answer.
+void say_target(const std::string& target, const RuleFinding& finding, SharedSentences& said) {
+  const std::string rule = rule_name(finding);
   const TargetStep& found = *finding.target;
-  const Integrator rule = finding.rule;
-  const std::string name = capitalised(to_string(StudyRule(rule, finding.settings)));
-  const std::string target = short_number(100.0 * *result.target) + " %";
-  const std::string runs =
-      fmt::format("{} run{}", found.runs.size(), found.runs.size() == 1 ? "" : "s");
-  if (found.n == 0) {
-    std::string text =
-        fmt::format("{}: {} is {} after {}", name, target, word_of(found.outcome), runs);
-    if (std::isfinite(found.trial.error)) {
-      text += fmt::format("; the smallest error is {}", short_number(found.trial.error));
-    }
-    return text + ".";
+  if (found.outcome == TargetOutcome::kStability) {
+    said.add("Only stability limits the steps of ", rule, ": all stable ones meet " + target + ".");
+  } else if (found.n > 0 && found.outcome == TargetOutcome::kNoBudget) {
+    said.add("The budget was too small to try larger steps of ", rule, ".");
+  } else if (found.n > 0 && !found.is_monotone) {
+    said.add("Larger steps of ", rule,
+             " may meet " + target + " as well, because the errors do not grow steadily.");
+  } else if (found.n == 0) {
+    const bool is_cut = found.outcome == TargetOutcome::kNoBudget;
+    const bool is_unknown = found.outcome == TargetOutcome::kNoError;
+    said.add("The search found no step of ", rule,
+             fmt::format(" that meets {}{}.", target,
+                         is_cut       ? " within the budget"
+                         : is_unknown ? ", because the errors are not known"
+                                      : ""));
   }
-  const bool is_limit = found.outcome == TargetOutcome::kStability;
-  std::string text =
-      fmt::format("{} meets {} with h = {}, where its error is {}, found in {}{}.", name, target,
-                  step_text(result, rule, found.n), short_number(found.trial.error), runs,
-                  is_limit ? "; only stability limits the step" : "");
-  if (found.outcome == TargetOutcome::kNoBudget) {
-    text += " The budget was too small to try larger steps.";
-  } else if (!found.is_monotone) {
-    text += " Larger steps may meet it as well, because the errors do not grow steadily.";
-  }
-  return text;
 }
 
-std::string stable_sentence(const StudyResult& result, Integrator rule, const StableStep& found) {
-  const std::string runs = fmt::format("{} run{}", found.runs, found.runs == 1 ? "" : "s");
-  const auto text = [&](Index n) { return step_text(result, rule, n); };
-  const std::string name = to_string(rule);
-  if (found.stable == 0) {
-    return fmt::format("{} does not reach the end with h = {}, as {} showed.", capitalised(name),
-                       text(found.unstable), runs);
+std::string stable_sentence(const StudyResult& result, const RuleFinding& finding) {
+  const auto text = [&](Index n) {
+    StudyRow row;
+    row.step = result.end / static_cast<double>(n);
+    const auto same =
+        std::find_if(result.rows.begin(), result.rows.end(),
+                     [&](const StudyRow& other) { return other.integrator == finding.rule; });
+    row.stable_step = same == result.rows.end() ? result.stable_step : same->stable_step;
+    return step_text(row);
+  };
+  const std::string rule = rule_name(finding);
+  const auto [stable, unstable, runs] = *finding.stable;
+  if (stable == 0) {
+    return fmt::format("{} does not reach the end with h = {}.", capitalised(rule), text(unstable));
   }
-  if (found.unstable == 0) {
-    return fmt::format("{} is stable at least up to h = {}, as {} showed.", capitalised(name),
-                       text(found.stable), runs);
+  if (unstable == 0) {
+    return fmt::format("{} is stable at least up to h = {}.", capitalised(rule), text(stable));
   }
-  return fmt::format("The largest stable step of {} is {}, and {} is too long, as {} showed.", name,
-                     text(found.stable), text(found.unstable), runs);
+  return fmt::format("The largest stable step of {} is {}; it becomes unstable with {}.", rule,
+                     text(stable), text(unstable));
+}
+
+bool has_stable_step(const RuleFinding& finding) {
+  return finding.stable && finding.stable->runs > 0;
 }
 
 }  // namespace
 
 std::vector<std::string> finding_sentences(const StudyResult& result) {
-  std::vector<std::string> sentences;
+  SharedSentences said;
   for (const RuleFinding& finding : result.findings) {
-    if (finding.target && result.target) {
-      sentences.push_back(target_sentence(result, finding));
-    }
-    if (finding.stable && finding.stable->runs > 0) {
-      sentences.push_back(stable_sentence(result, finding.rule, *finding.stable));
-    }
+    if (finding.target && result.target) say_target(percent(*result.target), finding, said);
+  }
+  std::vector<std::string> sentences = said.all();
+  for (const RuleFinding& finding : result.findings) {
+    if (has_stable_step(finding)) sentences.push_back(stable_sentence(result, finding));
   }
   return sentences;
+}
+
+std::vector<std::string> trouble_sentences(const StudyResult& result, const StudyAnswer& answer) {
+  SharedSentences said;
+  for (const RuleTrouble& trouble : answer.troubles) {
+    const bool is_said = std::any_of(
+        result.findings.begin(), result.findings.end(), [&](const RuleFinding& finding) {
+          return has_stable_step(finding) && rule_name(finding) == trouble.rule;
+        });
+    if (trouble.run.empty() && is_said) continue;
+    said.add("Runs with ", trouble.rule + (trouble.run.empty() ? "" : " (" + trouble.run + ")"),
+             " " + trouble.reason + ".");
+  }
+  return said.all();
 }
 
 std::vector<std::string> mesh_sentences(const StudyResult& result) {
-  std::vector<std::string> sentences;
-  if (!result.mesh_check) return sentences;
-  const MeshCheck& check = *result.mesh_check;
-  if (check.status != RunStatus::kFinished) {
-    sentences.push_back(
-        fmt::format("The run on the finer mesh with {} tetrahedra did not reach the end ({}), so "
-                    "that the error of the mesh is not known.",
-                    check.tetrahedra, to_string(check.status)));
-  } else if (std::isfinite(check.difference)) {
-    sentences.push_back(
-        fmt::format("The finer mesh with {} tetrahedra differs by {}: steps whose error is much "
-                    "below that gain nothing on this mesh.",
-                    check.tetrahedra, short_number(100.0 * check.difference) + " %"));
+  const auto& check = result.mesh_check;
+  if (!check) return {};
+  if (check->status != RunStatus::kFinished) {
+    return {fmt::format(
+        "The run on the finer mesh with {} tetrahedra did not reach the end ({}), so that the "
+        "error of the mesh is not known.",
+        check->tetrahedra, to_string(check->status))};
   }
-  return sentences;
-}
-
-std::vector<std::string> trouble_sentences(const StudyAnswer& answer) {
-  std::vector<std::pair<std::string, std::vector<std::string>>> rules_with;
-  for (const RuleTrouble& trouble : answer.troubles) {
-    auto same = std::find_if(rules_with.begin(), rules_with.end(),
-                             [&](const auto& each) { return each.first == trouble.reason; });
-    if (same == rules_with.end()) {
-      rules_with.emplace_back(trouble.reason, std::vector<std::string>{});
-      same = std::prev(rules_with.end());
-    }
-    same->second.push_back(trouble.rule + (trouble.run.empty() ? "" : " (" + trouble.run + ")"));
-  }
-  std::vector<std::string> sentences;
-  for (const auto& [reason, rules] : rules_with) {
-    sentences.push_back(fmt::format("Runs with {} {}.", enumeration(rules), reason));
-  }
-  return sentences;
+  if (!std::isfinite(check->difference)) return {};
+  return {
+      fmt::format("On a mesh with half the edge length ({} tetrahedra) the same run gives a result "
+                  "that differs "
+                  "by {}: time steps with a much smaller error gain nothing on this mesh.",
+                  check->tetrahedra, percent(check->difference))};
 }
 
 nlohmann::ordered_json findings_json(const StudyResult& result) {
+  const auto step_of = [&](Index n) {
+    return json_number(n > 0 ? result.end / static_cast<double>(n) : std::nan(""));
+  };
   nlohmann::ordered_json list = nlohmann::ordered_json::array();
-  for (const RuleFinding& finding : result.findings) {
-    nlohmann::ordered_json json{{"rule", to_string(StudyRule(finding.rule, finding.settings))}};
-    if (finding.target && result.target) {
-      const TargetStep& found = *finding.target;
+  for (const auto& [rule, target, stable, settings] : result.findings) {
+    nlohmann::ordered_json json{{"rule", to_string(StudyRule(rule, settings))}};
+    if (target && result.target) {
       json["target"] = {{"target", *result.target},
-                        {"is_met", found.n > 0},
-                        {"outcome", word_of(found.outcome)},
-                        {"step", json_number(step_of(result, found.n))},
-                        {"error", json_number(found.trial.error)},
-                        {"runs", found.runs.size()},
-                        {"is_monotone", found.is_monotone}};
+                        {"is_met", target->n > 0},
+                        {"outcome", kWords[static_cast<std::size_t>(target->outcome)]},
+                        {"step", step_of(target->n)},
+                        {"error", json_number(target->trial.error)},
+                        {"runs", target->runs.size()},
+                        {"is_monotone", target->is_monotone}};
     }
-    if (finding.stable) {
-      json["stability"] = {
-          {"stable_step", json_number(step_of(result, finding.stable->stable))},
-          {"unstable_step", json_number(step_of(result, finding.stable->unstable))},
-          {"runs", finding.stable->runs}};
+    if (stable) {
+      json["stability"] = {{"stable_step", step_of(stable->stable)},
+                           {"unstable_step", step_of(stable->unstable)},
+                           {"runs", stable->runs}};
     }
     list.push_back(std::move(json));
   }
@@ -185,17 +162,20 @@ nlohmann::ordered_json findings_json(const StudyResult& result) {
 std::vector<RuleFinding> findings_from_json(const nlohmann::json& list, double end) {
   std::vector<RuleFinding> findings;
   for (const nlohmann::json& json : list) {
-    RuleFinding finding{integrator_from_string(json.at("rule").get<std::string>()), {}, {}};
+    const auto name = json.at("rule").get<std::string>();
+    const bool has_settings = name.find(':') != std::string::npos;
+    const StudyRule rule =
+        has_settings ? read_study_rule(name) : StudyRule(integrator_from_string(name));
+    RuleFinding finding{rule.integrator, {}, {}, rule.settings};
     if (json.contains("target")) {
       const nlohmann::json& found = json["target"];
-      TargetStep target;
+      TargetStep& target = finding.target.emplace();
       target.outcome = outcome_of(found.at("outcome").get<std::string>());
       target.n = count_of_steps(found.at("step"), end);
       const nlohmann::json& error = found.at("error");
       target.trial.error = error.is_null() ? std::nan("") : error.get<double>();
       target.runs.resize(static_cast<std::size_t>(count_of_runs(found.at("runs"))));
       target.is_monotone = found.at("is_monotone").get<bool>();
-      finding.target = std::move(target);
     }
     if (json.contains("stability")) {
       const nlohmann::json& found = json["stability"];

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <utility>
 
 #include "core/quoting.h"
@@ -25,40 +26,32 @@ std::string padded(const std::string& text, std::size_t width, bool is_left) {
   return is_left ? text + spaces : spaces + text;
 }
 
-std::string escaped_markdown(const std::string& any_text) {
+// With a backslash before the characters of `marked`, and words for those of `words`.
+std::string escaped(const std::string& any_text, std::string_view marked,
+                    const std::map<char, std::string>& words) {
   std::string text;
   for (const char c : excerpt(any_text, kMostInTables)) {
-    if (std::string_view("\\`*_[]<>|&~$#").find(c) != std::string_view::npos) text += '\\';
-    text += c;
+    const auto word = words.find(c);
+    if (word != words.end()) {
+      text += word->second;
+    } else {
+      text += (marked.find(c) != std::string_view::npos ? "\\" : "") + std::string(1, c);
+    }
   }
   return text;
 }
 
-std::string escaped_latex(const std::string& any_text) {
-  std::string text;
-  for (const char c : excerpt(any_text, kMostInTables)) {
-    switch (c) {
-      case '\\':
-        text += "\\textbackslash{}";
-        break;
-      case '~':
-        text += "\\textasciitilde{}";
-        break;
-      case '^':
-        text += "\\textasciicircum{}";
-        break;
-      case '<':
-        text += "\\textless{}";
-        break;
-      case '>':
-        text += "\\textgreater{}";
-        break;
-      default:
-        if (std::string_view("&%$#_{}").find(c) != std::string_view::npos) text += '\\';
-        text += c;
-    }
-  }
-  return text;
+std::string escaped_markdown(const std::string& text) {
+  return escaped(text, "\\`*_[]<>|&~$#", {});
+}
+
+std::string escaped_latex(const std::string& text) {
+  return escaped(text, "&%$#_{}",
+                 {{'\\', "\\textbackslash{}"},
+                  {'~', "\\textasciitilde{}"},
+                  {'^', "\\textasciicircum{}"},
+                  {'<', "\\textless{}"},
+                  {'>', "\\textgreater{}"}});
 }
 
 // 7.2e-5 as a power of ten.
@@ -90,90 +83,95 @@ void StudyGrid::number(double value, const char* format, const char* mark) {
   rows_.back().cells.push_back({shown + mark, value});
 }
 
+StudyGrid::Row StudyGrid::head() const {
+  Row row;
+  for (const Column& column : heads_) row.cells.push_back({column.head});
+  return row;
+}
+
+template <class TextOf>
+std::string StudyGrid::joined(const Row& row, const char* between, const TextOf& text_of) const {
+  std::string text;
+  for (std::size_t i = 0; i < heads_.size(); ++i) {
+    text += (i > 0 ? between : "") + text_of(heads_[i], row.cells[i]);
+  }
+  return text;
+}
+
+template <class TextOf>
+std::string StudyGrid::lines(const char* begin, const char* between, const char* end,
+                             const TextOf& text_of) const {
+  std::string text;
+  for (const Row& row : rows_) {
+    if (!row.cells.empty()) text += begin + joined(row, between, text_of) + end;
+  }
+  return text;
+}
+
 std::string StudyGrid::terminal() const {
   const auto shown = [](const Cell& cell) {
     return cell.text.empty() ? std::string("-") : excerpt(cell.text);
   };
-  std::vector<std::size_t> widths;
-  for (std::size_t i = 0; i < heads_.size(); ++i) {
-    widths.push_back(width_of(heads_[i].head));
-    for (const Row& row : rows_) {
-      if (!row.cells.empty()) widths[i] = std::max(widths[i], width_of(shown(row.cells[i])));
+  std::vector<Row> rows{head()};
+  rows.insert(rows.end(), rows_.begin(), rows_.end());
+  std::vector<std::size_t> widths(heads_.size(), 0);
+  for (const Row& row : rows) {
+    for (std::size_t i = 0; i < row.cells.size(); ++i) {
+      widths[i] = std::max(widths[i], width_of(shown(row.cells[i])));
     }
   }
-  const auto line_of = [&](const auto& text_of) {
-    std::string line;
-    for (std::size_t i = 0; i < heads_.size(); ++i) {
-      line += (i > 0 ? "  " : "") + padded(text_of(i), widths[i], heads_[i].is_text);
+  std::string text;
+  for (const Row& row : rows) {
+    std::string line = row.line;
+    for (std::size_t i = 0; i < row.cells.size(); ++i) {
+      line += (i > 0 ? "  " : "") + padded(shown(row.cells[i]), widths[i], heads_[i].is_text);
     }
     line.erase(line.find_last_not_of(' ') + 1);
-    return line + '\n';
-  };
-  std::string text = line_of([&](std::size_t i) { return heads_[i].head; });
-  for (const Row& row : rows_) {
-    text += row.cells.empty() ? row.line + '\n'
-                              : line_of([&](std::size_t i) { return shown(row.cells[i]); });
+    text += line + '\n';
   }
   return text;
 }
 
 std::string StudyGrid::markdown() const {
-  std::string text = "|";
-  for (const Column& column : heads_) text += ' ' + escaped_markdown(column.head) + " |";
-  text += "\n|";
-  for (const Column& column : heads_) text += column.is_text ? " --- |" : " ---: |";
-  text += '\n';
-  for (const Row& row : rows_) {
-    if (row.cells.empty()) continue;
-    text += '|';
-    for (const Cell& cell : row.cells) text += ' ' + escaped_markdown(cell.text) + " |";
-    text += '\n';
-  }
-  return text;
+  const auto cell = [](const Column&, const Cell& each) { return escaped_markdown(each.text); };
+  const auto rule = [](const Column& column, const Cell&) {
+    return std::string(column.is_text ? "---" : "---:");
+  };
+  return "| " + joined(head(), " | ", cell) + " |\n| " + joined(head(), " | ", rule) + " |\n" +
+         lines("| ", " | ", " |\n", cell);
 }
 
 std::string StudyGrid::latex() const {
-  std::string columns;
-  std::string heads;
-  for (const Column& column : heads_) {
-    columns += column.is_text ? 'l' : 'r';
-    heads += (heads.empty() ? "" : " & ") + escaped_latex(column.head);
-  }
-  std::string text =
-      fmt::format("\\begin{{tabular}}{{{}}}\n\\hline\n{} \\\\\n\\hline\n", columns, heads);
-  for (const Row& row : rows_) {
-    std::string line;
-    for (std::size_t i = 0; i < row.cells.size(); ++i) {
-      const Cell& cell = row.cells[i];
-      line += (i > 0 ? " & " : "") +
-              (std::isfinite(cell.value) ? latex_number(cell.text) : escaped_latex(cell.text));
-    }
-    if (!line.empty()) text += line + " \\\\\n";
-  }
-  return text + "\\hline\n\\end{tabular}\n";
+  const auto cell = [](const Column&, const Cell& each) {
+    return std::isfinite(each.value) ? latex_number(each.text) : escaped_latex(each.text);
+  };
+  const auto place = [](const Column& column, const Cell&) {
+    return std::string(column.is_text ? "l" : "r");
+  };
+  return "\\begin{tabular}{" + joined(head(), "", place) + "}\n\\hline\n" +
+         joined(head(), " & ", cell) + " \\\\\n\\hline\n" + lines("", " & ", " \\\\\n", cell) +
+         "\\hline\n\\end{tabular}\n";
 }
 
 std::string StudyGrid::html(const std::string& id) const {
+  const auto kind = [](const Column& column) { return column.is_text ? " class=\"text\"" : ""; };
   std::string text = fmt::format("<div class=\"scroll\"><table id=\"{}\">\n<thead><tr>", id);
-  for (const Column& column : heads_) {
-    text += fmt::format("<th scope=\"col\"{}><button type=\"button\">{}</button></th>",
-                        column.is_text ? " class=\"text\"" : "", escaped_html(column.head));
-  }
+  text += joined(head(), "", [&](const Column& column, const Cell&) {
+    return fmt::format("<th scope=\"col\"{}><button type=\"button\">{}</button></th>", kind(column),
+                       escaped_html(column.head));
+  });
   text += "</tr></thead>\n<tbody>\n";
   for (const Row& row : rows_) {
     if (row.cells.empty()) continue;
     text += fmt::format("<tr data-rule=\"{}\"", escaped_html(row.rule));
     text += row.run.empty() ? ">" : fmt::format(" data-run=\"{}\">", escaped_html(row.run));
-    for (std::size_t i = 0; i < row.cells.size(); ++i) {
-      const Cell& cell = row.cells[i];
-      const bool is_number = std::isfinite(cell.value);
-      text +=
-          fmt::format("<td{} data-value=\"{}\">{}</td>", heads_[i].is_text ? " class=\"text\"" : "",
-                      is_number           ? fmt::format("{:.10g}", cell.value)
-                      : heads_[i].is_text ? escaped_html(cell.text)
-                                          : "",
-                      cell.text.empty() && !heads_[i].is_text ? "–" : escaped_html(cell.text));
-    }
+    text += joined(row, "", [&](const Column& column, const Cell& cell) {
+      const std::string value = std::isfinite(cell.value) ? fmt::format("{:.10g}", cell.value)
+                                : column.is_text          ? escaped_html(cell.text)
+                                                          : "";
+      return fmt::format("<td{} data-value=\"{}\">{}</td>", kind(column), value,
+                         cell.text.empty() && !column.is_text ? "–" : escaped_html(cell.text));
+    });
     text += "</tr>\n";
   }
   return text + "</tbody>\n</table></div>\n";

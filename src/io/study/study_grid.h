@@ -42,6 +42,15 @@ class StudyGrid {
     std::vector<Cell> cells;
   };
 
+  Row head() const;
+  // The cells of a row with `between` between them. `text_of` makes the text of a cell of a column.
+  template <class TextOf>
+  std::string joined(const Row& row, const char* between, const TextOf& text_of) const;
+  // The same of all rows.
+  template <class TextOf>
+  std::string lines(const char* begin, const char* between, const char* end,
+                    const TextOf& text_of) const;
+
   std::vector<Column> heads_;
   std::vector<Row> rows_;
 };

@@ -1,6 +1,7 @@
 #include "study_names.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -46,13 +47,34 @@ bool is_extrapolated(const StudyResult& result) {
   return result.extrapolation && result.extrapolation->is_valid_for(!result.error_probe.empty());
 }
 
-std::string enumeration(const std::vector<std::string>& words) {
-  std::string text;
-  for (std::size_t i = 0; i < words.size(); ++i) {
-    if (i > 0) text += i + 1 == words.size() ? " and " : ", ";
-    text += words[i];
+std::string enumeration(const std::vector<std::string>& words, std::size_t most) {
+  std::vector<std::string> named = words;
+  named.resize(std::min(words.size(), most));
+  if (words.size() > most) named.push_back(fmt::format("{} more", words.size() - most));
+  if (named.size() < 2) return fmt::format("{}", fmt::join(named, ""));
+  const std::string last = named.back();
+  named.pop_back();
+  return fmt::format("{} and {}", fmt::join(named, ", "), last);
+}
+
+void SharedSentences::add(const std::string& before, const std::string& name,
+                          const std::string& after) {
+  for (Shared& each : sentences_) {
+    if (each.before == before && each.after == after) return each.names.push_back(name);
   }
-  return text;
+  sentences_.push_back({before, {name}, after});
+}
+
+std::vector<std::string> SharedSentences::all() const {
+  std::vector<std::string> all;
+  for (const auto& [before, names, after] : sentences_) {
+    all.push_back(before + enumeration(names, kMostNamed) + after);
+  }
+  return all;
+}
+
+std::string percent(double share) {
+  return short_number(100.0 * share) + " %";
 }
 
 std::string short_number(double value) {
@@ -78,24 +100,25 @@ std::string capitalised(std::string text) {
   return text;
 }
 
-namespace {
-
-std::string rule_with_settings(const StudyRow& row) {
-  return to_string(row.integrator) + (row.settings.empty() ? "" : ", " + row.settings);
-}
-
-}  // namespace
-
 std::string rule_name(const StudyRow& row) {
-  const std::string rule = rule_with_settings(row);
+  std::string rule = to_string(row.integrator);
+  if (!row.settings.empty()) rule += ", " + row.settings;
   return row.compares_solver ? rule + " (" + row.solver + ")" : rule;
 }
 
+std::string rule_name(const RuleFinding& finding) {
+  StudyRow row;
+  row.integrator = finding.rule;
+  row.settings = to_string(finding.settings);
+  return rule_name(row);
+}
+
 std::string run_label(const StudyRow& row) {
-  std::string tags = row.variant;
-  if (row.compares_solver) tags += (tags.empty() ? "" : ", ") + row.solver;
-  const std::string rule = rule_with_settings(row);
-  return tags.empty() ? rule : rule + " (" + tags + ")";
+  StudyRow rule = row;
+  rule.compares_solver = false;
+  std::vector<std::string> tags{row.variant, row.compares_solver ? row.solver : ""};
+  std::erase(tags, "");
+  return rule_name(rule) + (tags.empty() ? "" : fmt::format(" ({})", fmt::join(tags, ", ")));
 }
 
 std::string in_limits(const StudyRow& row) {
@@ -111,14 +134,20 @@ std::string step_text(const StudyRow& row) {
 
 std::string reason_of(const StudyRow& row) {
   std::string reason = row.message;
-  if (reason.starts_with("step ")) {
-    const auto end = reason.find_first_not_of("0123456789", 5);
-    if (end != std::string::npos && end > 5 && reason.compare(end, 2, ": ") == 0) {
-      reason.erase(0, end + 2);
-    }
+  const auto step = reason.starts_with("step ") ? reason.find(": ") : std::string::npos;
+  if (step != std::string::npos) reason.erase(0, step + 2);
+  // Details follow after a colon, in parentheses, or in further sentences.
+  for (const char* end : {": ", " (", ". ", "\n"}) {
+    reason.erase(std::min(reason.size(), reason.find(end)));
   }
   if (reason.ends_with('.')) reason.pop_back();
   return reason;
+}
+
+std::string error_word(const StudyResult& result) {
+  return result.error_probe.empty()
+             ? "position"
+             : to_string(ErrorMeasure{result.error_kind, result.error_probe});
 }
 
 std::string error_name(const StudyResult& result) {
@@ -137,13 +166,11 @@ std::string series_name(const StudyResult& result) {
 }
 
 std::string reference_name(const StudyResult& result) {
-  const std::string rule = to_string(result.reference_integrator);
-  const std::string finest = short_number(result.reference_step);
-  if (!is_extrapolated(result)) {
-    return fmt::format("{} with h = {} s", rule, finest);
-  }
-  return fmt::format("Richardson extrapolation of {} with h = {} s and {} s", rule,
-                     short_number(result.extrapolation->step), finest);
+  const bool has_two = is_extrapolated(result);
+  return fmt::format("{}{} with h = {}{} s", has_two ? "Richardson extrapolation of " : "",
+                     to_string(result.reference_integrator),
+                     has_two ? short_number(result.extrapolation->step) + " s and " : "",
+                     short_number(result.reference_step));
 }
 
 bool is_above_stability_limit(const StudyRow& row) {

@@ -9,8 +9,30 @@
 
 namespace tetraction {
 
-/// "a", "a and b", "a, b and c".
-std::string enumeration(const std::vector<std::string>& words);
+/// "a", "a and b", "a, b and c". The last of more than `most` words are only counted: "a, b and 3 more".
+std::string enumeration(const std::vector<std::string>& words, std::size_t most = 1000);
+
+/// Runs, rules, variants or sentences of one kind that are named one by one in the answer.
+inline constexpr std::size_t kMostNamed = 5;
+
+/// Sentences that are said once for all names of which they are true.
+class SharedSentences {
+ public:
+  void add(const std::string& before, const std::string& name, const std::string& after);
+  /// With at most kMostNamed names each.
+  std::vector<std::string> all() const;
+
+ private:
+  struct Shared {
+    std::string before;
+    std::vector<std::string> names;
+    std::string after;
+  };
+  std::vector<Shared> sentences_;
+};
+
+/// "3.1 %".
+std::string percent(double share);
 
 /// A number with up to three digits in the shortest form: 7.2e-5, 0.018, 12.
 std::string short_number(double value);
@@ -22,6 +44,7 @@ std::string capitalised(std::string text);
 /// "midpoint, solver.tolerance=1e-6", "midpoint (ceres)". Runs with the same name differ in the step
 /// and the variant only.
 std::string rule_name(const StudyRow& row);
+std::string rule_name(const RuleFinding& finding);
 
 /// rule_name() with the variant.
 std::string run_label(const StudyRow& row);
@@ -32,10 +55,12 @@ std::string in_limits(const StudyRow& row);
 /// "7.2e-5 s (0.9 h_crit)".
 std::string step_text(const StudyRow& row);
 
-/// Why the run did not reach the end, without the number of the step and a full stop. Empty if it is
-/// not known.
+/// Why the run did not reach the end, in a few words: the message without its step and details. Empty if it is not
+/// known.
 std::string reason_of(const StudyRow& row);
 
+/// The error that the study compares as files name it: "position", "peak.probe.tip".
+std::string error_word(const StudyResult& result);
 /// "position error", "error of the probe tip", "error of the peak of the probe tip".
 std::string error_name(const StudyResult& result);
 /// "probe tip" or "kinetic energy": what the errors of the study are of, unless it is the positions.

@@ -212,9 +212,7 @@ std::string study_json(const StudyResult& result, const std::string& scene_name,
   if (!result.variants.empty()) json["variants"] = variants_json(result);
   if (!result.references.empty()) json["references"] = references_json(result);
   json["remarks"] = result.remarks;
-  json["error"] = result.error_probe.empty()
-                      ? "position"
-                      : to_string(ErrorMeasure{result.error_kind, result.error_probe});
+  json["error"] = error_word(result);
   json["target"] = result.target ? nlohmann::ordered_json(*result.target) : nullptr;
   if (!result.findings.empty()) json["searched"] = findings_json(result);
   if (result.plan) json["choice"] = plan_json(*result.plan);
