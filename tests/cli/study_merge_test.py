@@ -204,7 +204,7 @@ class Merge(Stored):
         drawn = [a for a in arguments if a != "--no-plots"]
         # Tables find room, and pictures do not.
         message = self.limited(len(self.read("s", "study.json")) + 1000, *drawn, code=4)
-        self.assertIn("plots are missing", message)
+        self.assertIn("cannot be written", message)
         self.run_program(*drawn)
         self.assertTrue(self.exists("s", "work_precision.svg"))
         self.assertEqual([r["position_error"] for r in self.lasting("s")],
@@ -253,7 +253,7 @@ class Open(Stored):
             (json.dumps({"message": "The study has not ended", "runs": []}), "has not ended"),
             ({**whole, "end": "NaN"}, '"end" is not a number'),
             ({**whole, "end": -1}, '"end" is not a positive number'),
-            ({**whole, "version": "0.1", "end": None}, "This is version"),
+            ({**whole, "version": "0.1", "end": None}, "Another version of the program"),
             ({**whole, "references": [3]}, "not a table"),
             ({**whole, "variants": [{"name": "x", "values": []}]}, "not a table"),
             (run(directory="../a"), "not the name of a folder"),
@@ -261,8 +261,8 @@ class Open(Stored):
             (run(directory=".."), "not the name of a folder"),
             (run(directory="midpoint-0.01"), "of another run"),
             (run(steps=1e300), '"steps" has an unknown value'),
-            (run(steps="many"), '"steps" has an unknown value'),
-            (run(position_error="NaN"), '"position_error" has a value of another kind'),
+            (run(steps="many"), '"steps" is not a number'),
+            (run(position_error="NaN"), '"position_error" is not a number'),
             (run(variant="x"), "none of the variants"),
             (run(step=1e-7), "there is no run"),
             (planned(directory="a/../../b"), "not the name of a folder"),

@@ -185,7 +185,7 @@ quantity = "momentum"
 
     def test_steps_that_are_too_long(self):
         self.refused_study("--steps", "0.08", "--reference", "richardson", says="Twice the reference step must be positive and at most the end time")
-        self.assertIn("there are run and richardson", self.refused_study("--reference fine"))
+        self.assertIn("there are run, richardson", self.refused_study("--reference fine"))
 
 
 if __name__ == "__main__":

@@ -126,7 +126,7 @@ class Steps(StudyTest):
         said = self.study("--integrators backward-euler,midpoint --target 0.0001% --budget 1s")
         found = {each["rule"]: each["target"] for each in self.result()["searched"]}
         self.assertFalse(found["backward-euler"]["is_met"])
-        self.assertIn("Backward-euler: 1e-4 % is not", said.stdout)
+        self.assertIn("no step of backward-euler that meets 1e-4 %", said.stdout)
 
     def test_errors_of_peaks_and_frequencies(self):
         scene = self.write("probes.toml", PROBES)
