@@ -301,6 +301,16 @@ TEST(StudyAnswer, UsesProcessorTimeWhereTheMachineWasBusy) {
   EXPECT_EQ(found_for(answer, 0.1, "midpoint").relative_cost, 1.0);
   EXPECT_EQ(found_for(answer, 0.1, "verlet").relative_cost, 2.0);
   expect_part(answer_text(result), "Costs are processor times, because runs shared the cores");
+
+  StudyResult busy = two_rules();
+  for (StudyRow& row : busy.rows) {
+    row.threads = 1;
+    row.processor_seconds = row.wall_seconds;
+  }
+  EXPECT_FALSE(study_answer(busy).uses_processor_time);
+  busy.rows[3].wall_seconds = 1.0;
+  busy.rows[3].processor_seconds = 0.5;
+  EXPECT_TRUE(study_answer(busy).uses_processor_time);
 }
 
 TEST(StudyAnswer, SaysWhenTheReferenceIsTheError) {

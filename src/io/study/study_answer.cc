@@ -24,6 +24,9 @@ constexpr double kScatter = 0.1;
 // Chance decides on shorter times, s.
 constexpr double kShortestCompared = 0.05;
 
+// Wall time over processor time of a run with one thread, above which the machine was busy.
+constexpr double kBusy = 1.2;
+
 class Facts {
  public:
   explicit Facts(const StudyResult& result) : result_(result) {
@@ -51,8 +54,13 @@ class Facts {
     answer_.shared = static_cast<std::size_t>(
         std::count_if(compared_.begin(), compared_.end(),
                       [](const StudyRow* row) { return row->shares_machine; }));
+    // Other programs had the machine for a good part of the time of a run with one thread.
+    const bool is_busy = std::any_of(compared_.begin(), compared_.end(), [](const StudyRow* row) {
+      return row->threads == 1 && row->wall_seconds > kShortestCompared &&
+             row->wall_seconds > kBusy * row->processor_seconds;
+    });
     answer_.uses_processor_time =
-        answer_.shared > 0 &&
+        (answer_.shared > 0 || is_busy) &&
         std::all_of(compared_.begin(), compared_.end(),
                     [](const StudyRow* row) { return row->processor_seconds > 0.0; });
   }
