@@ -53,8 +53,7 @@ try:
     import numpy as np
     from matplotlib.collections import PolyCollection
     from matplotlib.colors import is_color_like, to_hex, to_rgb
-    from matplotlib.markers import TICKDOWN, TICKLEFT
-    from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormatter, NullLocator
+    from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter, NullLocator
 except (ImportError, OSError) as problem:  # OSError: there is no room for its caches
     if not IS_PROGRAM:
         raise
@@ -236,28 +235,42 @@ def study_of(study, folder):
 
 
 def read_columns(directory, name):
-    """Columns of a CSV file as arrays, without rows that are not complete; {} without any."""
+    """Columns of a CSV file as lists of numbers, up to its first broken row; {} without one."""
     try:
-        with open_regular(directory, name) as file:
-            lines = file.read().splitlines()
-        names = next(csv.reader(lines[:1]), [])
-        try:
-            values = np.loadtxt(lines[1:], delimiter=",", comments=None, ndmin=2)
-        except ValueError:  # a row is not complete, or a value is missing
-            lines = [line for line in lines[1:] if line.count(",") == len(names) - 1]
-            values = np.genfromtxt(lines, delimiter=",", comments=None, ndmin=2)
+        with open_regular(directory, name, newline="") as file:
+            with contextlib.suppress(ValueError):
+                columns = columns_of_numbers(file)
+                return columns if "time" in columns else {}
+            file.seek(0)
+            rows = list(csv.reader(file))
     except (OSError, ValueError, csv.Error):
         return {}
-    if not len(values) or values.shape[1] != len(names) or "time" not in names:
-        return {}
+    columns = {name: [] for name in rows[0]} if rows else {}
+    for row in rows[1:]:
+        if len(row) != len(columns):
+            break
+        for column, value in zip(columns.values(), row):
+            column.append(number(value))
+    return columns if columns.get("time") else {}
+
+
+def columns_of_numbers(file):
+    """The same, which is fast, for a file in which each value is a number; ValueError otherwise."""
+    names = next(csv.reader([file.readline()]), [])
+    values = np.loadtxt(file, delimiter=",", comments=None, ndmin=2)
+    if not len(values) or values.shape[1] != len(names) or len(set(names)) != len(names):
+        raise ValueError("not a table of numbers")
     values[~np.isfinite(values)] = math.nan
-    return dict(zip(names, values.T))
+    return dict(zip(names, values.T.tolist()))
 
 
 def read_history(run):
-    """Columns of history.csv. They are read once."""
+    """Columns of history.csv, and the energy that entered. They are read once."""
     if "history" not in run:
-        run["history"] = read_columns(run["directory"], "history.csv")
+        columns = run["history"] = read_columns(run["directory"], "history.csv")
+        with contextlib.suppress(KeyError, TypeError, ValueError):
+            if columns:
+                columns["energy_scale"] = [float(summary_of(run)["energy"]["scale"])]
     return run["history"]
 
 
@@ -390,23 +403,39 @@ def separated(wanted, sizes, low, high):
     return centres
 
 
-def tick_text(value, with_powers):
-    """0.02 or 2·10⁻². In characters of one size, unlike the exponents of matplotlib's formulas."""
-    if not with_powers or not value:
-        return f"{value:.6g}".replace("-", "−")
-    exponent = math.floor(math.log10(value) + 1e-9)
-    mantissa = f"{value / 10.0**exponent:.0f}·"
-    return mantissa.removeprefix("1·") + power_of_ten(exponent)
+def ticks_to_try(axis):
+    """[(values, texts)] for an axis, from many to few."""
+    low, high = sorted(axis.get_view_interval())
+
+    def texts(ticks):
+        if axis.get_scale() == "linear" or all(1e-3 < t < 2e4 for t in ticks):
+            return [f"{0.0 if abs(t) < 1e-9 * high else t:.6g}".replace("-", "−") for t in ticks]
+        parts = [(t / 10 ** math.floor(math.log10(t) + 1e-9), math.floor(math.log10(t) + 1e-9))
+                 for t in ticks]  # fmt: skip
+        return [(f"{m:.0f}·" if round(m) != 1 else "") + power_of_ten(n) for m, n in parts]
+
+    if axis.get_scale() == "linear":
+        found = [MaxNLocator(n, steps=[1, 2, 5, 10]).tick_values(low, high) for n in (6, 5, 4, 3, 2, 1)]
+    else:
+        first, last = math.floor(math.log10(low)), math.ceil(math.log10(high))
+        decades = math.floor(math.log10(high)) - math.ceil(math.log10(low)) + 1
+        subs = [(1, 2, 5), (1, 3)] if decades < 2 else []
+        found = [np.array([s * 10.0**n for n in range(first, last + 1) for s in sub]) for sub in subs]
+        found += [10.0 ** np.arange(stride * math.ceil(first / stride), last + 1, stride)
+                  for stride in (1, 2, 3, 4, 5, 10)]  # fmt: skip
+    for ticks in found:
+        room = 1e-9 * (high - low) if axis.get_scale() == "linear" else 1e-9 * low
+        ticks = [t for t in ticks if low - room <= t <= high + room]
+        if 0 < len(ticks) <= 7:
+            yield ticks, texts(ticks)
 
 
 class Panel:
     """Axes with curves, whose names are written beside them when the axes have their place."""
 
     def __init__(self, axes):
-        self.axes, self.curves, self.slopes, self.logarithmic = axes, [], [], {}
-        for axis in (axes.xaxis, axes.yaxis):
-            axis.set_major_locator(MaxNLocator("auto", steps=[1, 2, 5, 10]))
-            axis.set_major_formatter(FuncFormatter(lambda value, _: tick_text(value, False)))
+        self.axes, self.curves, self.slopes, self.keeps_ticks = axes, [], [], False
+        self.extents, self.decades = {}, {}
 
     def line(self, name, x, y, note=None, **looks):
         """A curve with a name at its end, or beside it if it ends far from the right edge."""
@@ -440,31 +469,39 @@ class Panel:
         upper = room + top / (1 - top) * (span + 2 * room)
         getattr(self.axes, f"set_{which}lim")(low / 10**room, high * 10**upper)
         axis = self.axes.xaxis if which == "x" else self.axes.yaxis
-        few = [s for s in ((1, 2, 5), (1, 3)) if span + room + upper < len(s)]
-        axis.set_major_locator(LogLocator(subs=few[-1] if few else (1,), numticks="auto"))
-        with_powers = low < 2e-3 or high > 2e4
-        axis.set_major_formatter(FuncFormatter(lambda value, _: tick_text(value, with_powers)))
+        self.decades[axis] = span + room + upper
         axis.set_minor_locator(NullLocator())
         axis.set_minor_formatter(NullFormatter())
-        self.logarithmic[which] = span + room + upper
 
-    def extent(self, text, renderer):
+    def fit_ticks(self, renderer):
+        """As many tick labels as fit without touching each other."""
+        if self.keeps_ticks or not self.axes.axison:
+            return
+        box = self.axes.bbox
+        for axis, i, length, gap in ((self.axes.xaxis, 0, box.width, 5), (self.axes.yaxis, 1, box.height, 2)):
+            of = axis.get_transform().transform
+            low, high = of(np.array(axis.get_view_interval()))
+            for ticks, texts in ticks_to_try(axis):
+                at = (of(np.array(ticks, dtype=float)) - low) / (high - low) * length
+                size = matplotlib.rcParams["xy"[i] + "tick.labelsize"]
+                sizes = np.array([self.extent(text, renderer, size)[i] for text in texts])
+                if (np.abs(np.diff(at)) >= (sizes[1:] + sizes[:-1]) / 2 + gap).all():
+                    break
+            axis.set_ticks(ticks, texts)
+
+    def extent(self, text, renderer, size=None):
         """Width and height of a text in pixels."""
-        artist = self.axes.text(0, 0, text, transform=None, linespacing=1.0)
-        box = artist.get_window_extent(renderer)
-        artist.remove()
-        return box.width, box.height
+        if (text, size) not in self.extents:
+            artist = self.axes.text(0, 0, text, transform=None, linespacing=1.0, fontsize=size)
+            box = artist.get_window_extent(renderer)
+            artist.remove()
+            self.extents[text, size] = box.width, box.height
+        return self.extents[text, size]
 
-    def draw_minor_ticks(self):
-        """As a line of markers: matplotlib's own minor ticks are many artists, and take most of the time."""
-        for which, decades in self.logarithmic.items():
-            low, high = getattr(self.axes, f"get_{which}lim")()
-            at = LogLocator(subs=range(2, 10), numticks=99).tick_values(low, high) if decades < 6 else np.array([])
-            at = at[(at >= low) & (at <= high)]
-            places = (at, 0 * at) if which == "x" else (0 * at, at)
-            self.axes.plot(*places, marker=TICKDOWN if which == "x" else TICKLEFT, ls="none", color=INK,
-                           ms=1.5, mew=0.5, clip_on=False,
-                           transform=getattr(self.axes, f"get_{which}axis_transform")())  # fmt: skip
+    def set_minor_ticks(self):
+        """They come last, since each pass of the layout would make them again."""
+        for axis, decades in self.decades.items():
+            axis.set_minor_locator(LogLocator(subs=range(2, 10), numticks=99) if decades < 6 else NullLocator())
 
     def ends_at_right(self, line):
         points = samples(line)
@@ -563,33 +600,36 @@ class Panel:
         (x0, x1), (y0, y1) = axes.get_xlim(), axes.get_ylim()
         # Pixels of a decade: what has slope 1 in the axes has the slope `unit` in pixels.
         unit = (box.height / math.log10(y1 / y0)) / (box.width / math.log10(x1 / x0))
-        grid = np.stack(np.meshgrid(np.linspace(0, 1, 10), np.linspace(0, 1, 6)), axis=-1).reshape(-1, 2)
-        taken = np.vstack([taken, *(grid * (w, h) + (x, y) for x, y, w, h in boxes)])
+        corners = [(x + w * i / 9, y + h * j / 4) for x, y, w, h in boxes for i in range(10) for j in range(5)]
+        taken = np.vstack([taken, *([corners] if corners else [])])
         for slope in (1, 2):
-            steep = slope * unit
-            size = width, height = np.array([1, steep]) * min(28, 28 / steep)
-
-            def is_free(corner, steep=steep, size=size):
-                x, y = (taken - corner).T
-                hits = (x > -3) & (x < size[0] + 12) & (y > -15) & (y < size[1] + 3) & (y < steep * x + 3)
-                inside = (corner > box.min + (0, 14)) & (corner + size < box.max - (10, 0))
-                return inside.all() and not hits.any()
-
-            parts = [axes.transData.transform(p) for line in self.slopes for p in straight_parts(line, slope)]
-            away = np.array([steep, -1.0]) / math.hypot(1, steep)
-            middle_first = sorted(np.linspace(0, 1, 23), key=lambda at: abs(at - 0.5))
-            places = (p[0] + at * (p[-1] - p[0]) + gap * away
-                      for p in parts for at in middle_first for gap in (7, 10, 14, 20))  # fmt: skip
-            place = next(filter(is_free, places), None)
-            if place is None:
-                continue
-            shape = axes.transAxes.inverted().transform(place + size * [(0, 0), (1, 0), (1, 1)])
-            axes.add_patch(plt.Polygon(shape, closed=True, fc=PALE, ec=GREY, lw=0.6, transform=axes.transAxes,
-                                       zorder=3, label=f"slope {slope}"))  # fmt: skip
-            x, y = place
-            self.put("1", x + width / 2, y - 13, GREY, ha="center")
-            self.put(str(slope), x + width + 3, y + height / 2 - 6, GREY)
-            taken = np.vstack([taken, place + size * (1.8 * grid - (0.4, 0.6))])
+            width = min(28, 28 / (slope * unit))
+            height = slope * unit * width
+            for part in (p for line in self.slopes for p in straight_parts(line, slope)):
+                points = axes.transData.transform(part)
+                place = None
+                for t in np.linspace(0.5, 0, 12):
+                    for at, gap in ((at, gap) for gap in (7, 10, 14, 20) for at in (0.5 - t, 0.5 + t)):
+                        x, y = points[0] + at * (points[-1] - points[0]) + np.array(
+                            [slope * unit, -1.0]) / math.hypot(1, slope * unit) * gap  # fmt: skip
+                        px, py = taken.T
+                        inside = ((px > x - 3) & (px < x + width + 12) & (py > y - 15) & (py < y + height + 3)
+                                  & (py - y < slope * unit * (px - x) + 3))  # fmt: skip
+                        fits = x + width + 10 < box.x1 and y - 14 > box.y0 and y + height < box.y1 and x > box.x0
+                        if fits and not inside.any():
+                            place = place or (x, y)
+                if place is None:
+                    continue
+                x, y = place
+                shape = np.array([(x, y), (x + width, y), (x + width, y + height)])
+                axes.add_patch(plt.Polygon(axes.transAxes.inverted().transform(shape), closed=True, fc=PALE,
+                                           ec=GREY, lw=0.6, transform=axes.transAxes, zorder=3,
+                                           label=f"slope {slope}"))  # fmt: skip
+                self.put("1", x + width / 2, y - 13, GREY, ha="center")
+                self.put(str(slope), x + width + 3, y + height / 2 - 6, GREY)
+                grid = [(x + width * i / 5, y + height * j / 5) for i in range(-2, 8) for j in range(-3, 6)]
+                taken = np.vstack([taken, grid])
+                break
 
 
 def straight_parts(line, slope, tolerance=0.15):
@@ -612,7 +652,7 @@ class Sheet:
         """Columns are those of a figure of 170 mm, `narrow` those of one of 85 mm; height of a panel in mm."""
         self.is_own = axes is None
         self.columns = min(count, columns if width > 100 else narrow)
-        self.height, self.title = height, title
+        self.height, self.title, self.is_shared = height, title, False
         if self.is_own:
             figure = plt.figure(figsize=(width * MM, height * MM))
             axes = [figure.add_axes([0.2, 0.2, 0.6 / self.columns, 0.6], label=str(i)) for i in range(count)]
@@ -631,12 +671,18 @@ class Sheet:
 
     def finish(self):
         renderer = self.figure.canvas.get_renderer()
-        if self.is_own:
-            self.arrange(renderer)
-            self.arrange(renderer)  # the labels of ticks depend on the size
+        for _ in range(2):  # labels of ticks depend on the size, and the size on these labels
+            for panel in self.panels:
+                panel.fit_ticks(renderer)
+            if self.is_shared:
+                for panel in self.panels:
+                    panel.axes.set_yticks(self.panels[0].axes.get_yticks())
+                    panel.axes.set_xticks(self.panels[-1].axes.get_xticks())
+            if self.is_own:
+                self.arrange(renderer)
         for panel in self.panels:
             panel.write_names(renderer)
-            panel.draw_minor_ticks()
+            panel.set_minor_ticks()
         return np.array([panel.axes for panel in self.panels])
 
     def arrange(self, renderer):
@@ -863,7 +909,7 @@ def plot_cost_by_phase(study, sheet, width):
 
 def finish_small(sheet, index, title, x_label, y_label):
     """Axes of many panels with equal scales have labels at the left and below only."""
-    axes = sheet.panels[index].axes
+    axes, sheet.is_shared = sheet.panels[index].axes, True
     heading(axes, title)
     axes.set_xlabel(x_label if sheet.is_last(index) else "")
     axes.set_ylabel(y_label if sheet.is_first(index) else "")
@@ -948,16 +994,22 @@ def steps_text(steps):
     return ", ".join(f"{h / factor:.3g}" for h in sorted(steps)) + f"\u00a0{unit}"  # is not broken into lines
 
 
-def energy_scale(run):
-    """The energy that entered, J."""
-    energy = summary_of(run).get("energy")
-    return number(energy.get("scale")) if isinstance(energy, dict) else math.nan
-
-
-def energy_error(run, history):
-    """|energy error| over the energy that entered, at each step. A body at rest has none."""
-    error, scale = np.abs(history["energy_error"]), energy_scale(run)
+def energy_error(history):
+    """|energy error| over the energy that entered, at each step."""
+    error, scale = np.abs(history["energy_error"]), energy_scale(history)
     return error / scale if scale > 0 else 0.0 * error
+
+
+def energy_scale(history):
+    if "energy_scale" in history:
+        return history["energy_scale"][0]
+    # a run without a summary
+    scale = sum(history[key][0] for key in ("kinetic_energy", "elastic_energy"))
+    for key in ("environment_energy", "external_work", "constraint_work", "edit_work"):
+        column = history.get(key, [0.0])
+        finite = (abs(value - column[0]) for value in column if math.isfinite(value))
+        scale += max(finite, default=0.0)
+    return scale
 
 
 def energy_round_off(run, history):
@@ -966,7 +1018,7 @@ def energy_round_off(run, history):
             "dissipated_energy")  # fmt: skip
     sums = np.sum([np.abs(history[k]) for k in keys if k in history], axis=0)
     largest = np.max(sums, where=np.isfinite(sums), initial=0.0)
-    scale = energy_scale(run)
+    scale = energy_scale(history)
     return EPSILON * (10 + len(sums)) * largest / scale if scale > 0 else math.nan
 
 
@@ -1003,7 +1055,7 @@ def momentum_change(letter):
         if projection is None:
             return None
         vectors = np.array([history[letter + axis] for axis in "xyz"])
-        return np.linalg.norm(projection @ (vectors - vectors[:, :1]), axis=0)
+        return list(np.linalg.norm(projection @ (vectors - vectors[:, :1]), axis=0))
 
     return value_of
 
@@ -1015,8 +1067,10 @@ def momentum_round_off(letter):
     def round_off_of(run, history):
         rounding = EPSILON * (10 + len(history["time"]))
         if letter == "l":
-            return rounding * np.nanmax(np.linalg.norm([history["l" + axis] for axis in "xyz"], axis=0))
-        mass, energy = number(summary_of(run).get("mass")), np.nanmax(history["kinetic_energy"])
+            sizes = [math.hypot(*v) for v in zip(*(history["l" + axis] for axis in "xyz"))]
+            return rounding * max((s for s in sizes if math.isfinite(s)), default=0.0)
+        mass = number(summary_of(run).get("mass"))
+        energy = max((e for e in history["kinetic_energy"] if math.isfinite(e)), default=0.0)
         return rounding * math.sqrt(2 * mass * energy) if usable(mass) else math.nan
 
     return round_off_of
@@ -1024,7 +1078,7 @@ def momentum_round_off(letter):
 
 @plot
 def plot_energy_over_time(study, sheet, width):
-    return over_time(study, sheet, width, energy_error, energy_round_off,
+    return over_time(study, sheet, width, lambda _, history: energy_error(history), energy_round_off,
                      "relative energy error")  # fmt: skip
 
 
@@ -1149,6 +1203,7 @@ def plot_quantity_over_parameter(study, sheet, width):
             names = [textwrap.fill(plain(values[points[j][0]][key], 60), 14) for j in order]
             panel.axes.set_xticks(x, names, rotation=0 if sum(map(len, names)) < width / 3 else 90)
             panel.axes.set_xlim(-0.5, len(x) - 0.5)
+            panel.keeps_ticks = True
         panel.axes.set_xlabel(plain(key, 60))
         panel.axes.set_ylabel(with_unit(textwrap.fill(label, 30), unit) if i % sheet.columns == 0 else "")
     return sheet.finish()
@@ -1347,11 +1402,10 @@ def annotated(svg, prefix, figure):
 
 def save(figure, folder, name):
     # No date, so that the same study gives the same files.
-    extra = {"png": {"pil_kwargs": {"compress_level": 2}}, "svg": {"metadata": {"Date": None}},
-             "pdf": {"metadata": {"CreationDate": None, "ModDate": None}}}  # fmt: skip
+    extra = {"png": {}, "svg": {"Date": None}, "pdf": {"CreationDate": None, "ModDate": None}}
     for ending in ENDINGS:
         content = io.BytesIO()
-        figure.savefig(content, format=ending, **extra[ending])
+        figure.savefig(content, format=ending, metadata=extra[ending])
         content = content.getvalue()
         if ending == "svg":  # Several plots can stand in one page.
             prefix = re.sub(r"\W", "_", name).encode() + b"-"
