@@ -362,7 +362,7 @@ select = { vertices = [0] }
 total = [0, 0, 1]
 [[event]]
 at = 0.5
-set = { "force.0.select" = { all = true }, "damping.ratio" = { at = 10, value = 0.1 } }
+set = { "force.0.select" = { all = true }, "damping.ratio" = { at = [10, 100], value = [0.1, 0.2] } }
 )");
   const auto force = edits_of<SetForce>(scene.event.at(0));
   ASSERT_EQ(force.size(), 1U);

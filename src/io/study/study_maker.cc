@@ -109,10 +109,6 @@ void read_part(const std::string& text, StudyInputs& inputs) {
 
 StudyInputs checked(StudyInputs inputs) {
   require_local_engine(inputs.scene);
-  if (!inputs.directory.empty()) {
-    check_folder_of_study(inputs.scene, inputs.directory);
-    if (!inputs.options.fresh) refuse_other_study(inputs.directory, inputs.name);
-  }
   for (const StudyVariant& variant : inputs.settings.variants) {
     require_local_engine(variant.scene);
     try {
@@ -150,6 +146,10 @@ StudyInputs read_study_inputs(const StudyOptions& options, const ReadScene& read
 }
 
 void read_study_mesh(StudyInputs& inputs, const ReadMesh& read) {
+  if (!inputs.directory.empty()) {
+    check_folder_of_study(inputs.scene, inputs.directory);
+    if (!inputs.options.fresh) refuse_other_study(inputs.directory, inputs.name);
+  }
   std::vector<StudyVariant>& variants = inputs.settings.variants;
   inputs.mesh = variants.empty() ? std::make_shared<const TetMesh>(read(inputs.scene))
                                  : read_variant_meshes(variants, read);

@@ -56,7 +56,7 @@ struct StudyInputs {
 StudyInputs read_study_inputs(const StudyOptions& options, const ReadScene& read,
                               const std::vector<std::string>& overrides);
 
-/// Reads the meshes of the variants.
+/// Checks that the study may be made in its directory, before its inputs are read, and reads the meshes of the variants.
 void read_study_mesh(StudyInputs& inputs, const ReadMesh& read);
 
 /// What a program does while its study is made. Without functions it does nothing.
