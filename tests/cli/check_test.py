@@ -37,7 +37,7 @@ class Check(BeamTest):
     def test_derivatives_near_the_limit_of_a_law(self):
         """Differences are taken over a small part of the distance to the limit. The last stretch has
         1 - (I1bar - 3)/jm = 0.01."""
-        for jm, initial in ((1e-3, {}), (1e-6, {}), (1.0, dict(stretch=[1.6713, 0.77352, 0.77352]))):
+        for jm, initial in ((1e-3, {}), (1.0, dict(stretch=[1.6713, 0.77352, 0.77352]))):
             self.write("gent.toml", tables(
                 mesh=dict(generate=dict(kind="cube", cells=1)), material=dict(model="gent", mu=4e5, jm=jm, kappa=1e6),
                 initial=initial))  # fmt: skip

@@ -324,7 +324,7 @@ std::string text_of(const Json& value) {
 std::vector<double> outside(const NumberRange& range, bool is_whole) {
   std::vector<double> numbers;
   if (std::isfinite(range.least)) {
-    numbers.push_back(range.least_itself ? range.least - 1.0 : range.least);
+    numbers.push_back(range.least_itself ? std::floor(range.least) - 1.0 : range.least);
   }
   if (std::isfinite(range.most)) {
     numbers.push_back(range.most_itself ? range.most + 1.0 : range.most);

@@ -844,7 +844,8 @@ TEST(StudyCsv, HasTheProvenanceInEachRow) {
   const std::string text =
       study_csv(result, {"tetraction study a --steps 1,2 --set 'b=\"c\"'", ""});
   expect_part(text,
-              ",date,processor,cores,threads,version,command,reference,reference_error,timing\n");
+              ",date,processor,cores,threads,settings,repeats,time_scatter,version,command,"
+              "reference,reference_error,timing\n");
   expect_part(text, ",2025-01-31T12:00:00Z,first processor,2,2,");
   expect_part(text,
               ",\"tetraction study a --steps 1,2 --set 'b=\"\"c\"\"'\",verlet with h = 1e-5 "
