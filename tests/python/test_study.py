@@ -204,7 +204,7 @@ def test_an_error_of_a_probe_and_an_error_function(block, tmp_path):
         ({"rules": 2 * ["midpoint:time.retry=3"]}, "rule: midpoint:time.retry=3 is there twice"),
         ({"repeats": -1}, "repeats"),
         ({"part": "3/2"}, "part"),
-        ({"part": "1/9"}, "has only"),
+        ({"part": "9/9"}, "has only"),
         ({"part": "1/2", "steps": None}, "part: all parts"),
         ({"part": "1/2", "mesh_check": True}, "mesh_check: a part"),
         ({"target": "1%"}, "target searches for the steps"),
