@@ -25,7 +25,8 @@ POSITIONALS = {
     ("new",): ["beam"], ("run",): ["scene.toml"], ("static",): ["scene.toml"], ("check",): ["scene.toml"],
     ("modes",): ["scene.toml", "-n", "1"], ("view",): ["box.msh"], ("keys",): ["time"],
     ("study",): ["scene.toml", "--no-plots", "--integrators", "midpoint", "--steps", "0.01"],
-    ("study", "diff"): ["a", "b"], ("mesh", "info"): ["box.msh"], ("mesh", "convert"): ["box.msh", "out.msh"],
+    ("study", "diff"): ["a", "b"], ("study", "open"): ["a"], ("study", "merge"): ["a", "b", "--out", "c"],
+    ("mesh", "info"): ["box.msh"], ("mesh", "convert"): ["box.msh", "out.msh"],
     ("mesh", "generate", "beam"): ["out.msh"], ("mesh", "generate", "box"): ["out.msh"],
     ("mesh", "generate", "cube"): ["out.msh"], ("mesh", "generate", "tetrahedron"): ["out.msh"],
 }  # fmt: skip

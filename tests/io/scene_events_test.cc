@@ -370,7 +370,7 @@ set = { "force.0.select" = { all = true }, "damping.ratio" = { at = [10, 100], v
   ASSERT_EQ(edits_of<SetDamping>(scene.event[0]).size(), 1U);
   EXPECT_GT(edits_of<SetDamping>(scene.event[0])[0].settings.viscosity, 0.0);
   expect_refusal(kSmall + "[[event]]\nat = 0.5\nset = { \"time.step\" = { all = true } }\n",
-                 path_ + ":", {"time.step", "table"});
+                 "scene.toml:9:9: event at 0.5 s: ", {"time.step", "table"});
 }
 
 TEST_F(SceneReader, EventsSetOnlyEntriesThatExist) {
