@@ -7,6 +7,7 @@
 #include "commands/commands.h"
 
 namespace tetraction {
+
 std::shared_ptr<StudyArguments> add_study_options(CLI::App& command) {
   auto arguments = std::make_shared<StudyArguments>();
   StudyOptions& study = arguments->study;

@@ -82,6 +82,7 @@ void take_from_coarse(const TetMesh& coarse, TetMesh& fine) {
 }  // namespace
 
 TetMesh refined_mesh(const TetMesh& mesh) {
+  constexpr Index kCount = kParts;
   TetMesh fine = with_edge_vertices(mesh);
   const EdgeVertices edges(fine);
   std::vector<std::array<Index, 4>>& tetrahedra = fine.tetrahedra.own();
@@ -100,15 +101,15 @@ TetMesh refined_mesh(const TetMesh& mesh) {
   for (const int region : mesh.regions) fine.regions.insert(fine.regions.end(), kParts, region);
   for (auto& [name, values] : fine.cell_arrays) {
     const Matrix of_coarse = values;
-    values.resize(of_coarse.rows(), 8 * of_coarse.cols());
+    values.resize(of_coarse.rows(), kCount * of_coarse.cols());
     for (Index e = 0; e < of_coarse.cols(); ++e) {
-      values.middleCols(8 * e, 8).colwise() = of_coarse.col(e);
+      values.middleCols(kCount * e, kCount).colwise() = of_coarse.col(e);
     }
   }
   for (Group& group : fine.groups) {
     group.triangles = edges.divide(group.triangles);
     for (const Index e : std::exchange(group.tetrahedra, {})) {
-      for (Index k = 0; k < 8; ++k) group.tetrahedra.push_back(8 * e + k);
+      for (Index k = 0; k < kCount; ++k) group.tetrahedra.push_back(kCount * e + k);
     }
     for (const auto& [a, b] : std::exchange(group.lines, {})) {
       const Index middle = edges.find(a, b);

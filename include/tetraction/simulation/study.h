@@ -93,6 +93,7 @@ enum class StudyRole {
 };
 template <>
 struct EnumNames<StudyRole> {
+  static constexpr const char* noun = "a role of a run";
   static constexpr std::array names{"run", "reference", "variant", "trial"};  // of study.csv
 };
 

@@ -207,15 +207,7 @@ void check_folder_of_study(const StudyPlan& plan, const std::string& directory) 
   }
   const std::set<std::string> runs = run_names(plan);
   // Before anything of an earlier study is replaced.
-  for (const std::string& run : runs) {
-    const fs::path folder = fs::path(directory) / run;
-    std::error_code unreadable;
-    if (!fs::is_symlink(folder, unreadable)) continue;
-    throw OutputError(fmt::format(
-        "{}: this is a link, and results are written into no linked folder. Delete it, or choose "
-        "another directory (on the command line: --out).",
-        folder.string()));
-  }
+  for (const std::string& run : runs) check_own_directory(directory + "/" + run);
   refuse_inputs_among_runs({inputs.begin(), inputs.end()}, directory, runs);
 }
 

@@ -255,7 +255,7 @@ class StudyReader {
     run.solver = read.text("solver");
     run.compares_solver = read.flag("compares_solver");
     run.is_left_out = read.flag("left_out");
-    run.role = read.named("role", &role_from_string);
+    run.role = read.named("role", &from_string<StudyRole>);
     for (const Members& varied : read.tables("settings")) {
       run.settings.push_back({varied.text("key"), varied.text("value")});
     }

@@ -73,16 +73,6 @@ const std::array kFields{
 
 constexpr std::array kStatuses{RunStatus::kFinished, RunStatus::kUnstable, RunStatus::kNotConverged,
                                RunStatus::kCancelled};
-constexpr std::array kRoles{StudyRole::kRun, StudyRole::kReference, StudyRole::kVariant,
-                            StudyRole::kTrial};
-
-template <class Value, std::size_t N>
-Value named(const std::string& name, const std::array<Value, N>& values) {
-  for (const Value value : values) {
-    if (to_string(value) == name) return value;
-  }
-  throw InputError(name);
-}
 
 // A whole number that is not negative.
 template <class Integer>
@@ -118,7 +108,7 @@ struct FieldReader {
     row.*member = status_from_string(json.get<std::string>());
   }
   void operator()(StudyRole Row::*member) const {
-    row.*member = role_from_string(json.get<std::string>());
+    row.*member = from_string<StudyRole>(json.get<std::string>());
   }
   void operator()(StudyField::Timing timing) const {
     const auto word = json.get<std::string>();
@@ -201,11 +191,10 @@ void add_field(StudyGrid& grid, const StudyField& field, const StudyRow& row) {
 }
 
 RunStatus status_from_string(const std::string& word) {
-  return named(word, kStatuses);
-}
-
-StudyRole role_from_string(const std::string& word) {
-  return named(word, kRoles);
+  for (const RunStatus status : kStatuses) {
+    if (to_string(status) == word) return status;
+  }
+  throw InputError(word);
 }
 
 std::vector<std::string> field_words(const StudyField& field) {
@@ -213,7 +202,7 @@ std::vector<std::string> field_words(const StudyField& field) {
   if (std::holds_alternative<RunStatus Row::*>(field.member)) {
     for (const RunStatus status : kStatuses) words.push_back(to_string(status));
   } else if (std::holds_alternative<StudyRole Row::*>(field.member)) {
-    for (const StudyRole role : kRoles) words.push_back(to_string(role));
+    for (const char* word : names_of<StudyRole>()) words.emplace_back(word);
   }
   return words;
 }

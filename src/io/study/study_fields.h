@@ -64,9 +64,8 @@ void read_field(const StudyField& field, const nlohmann::json& value, StudyRow& 
 /// Adds a cell with the value to a table.
 void add_field(StudyGrid& grid, const StudyField& field, const StudyRow& row);
 
-/// The inverse of to_string(). Throw InputError for another word.
+/// The inverse of to_string(). Throws InputError for another word.
 RunStatus status_from_string(const std::string& word);
-StudyRole role_from_string(const std::string& word);
 
 /// The words that a file may have for the member. Empty if it is no choice of words.
 std::vector<std::string> field_words(const StudyField& field);

@@ -105,14 +105,17 @@ bool is_entry(const std::string& path) {
 
 void make_own_directory(const std::string& path) {
   if (::mkdir(path.c_str(), 0777) == 0) return;
-  const int reason = errno;
-  struct stat status {};
-  if (reason != EEXIST || ::lstat(path.c_str(), &status) != 0) {
+  if (errno != EEXIST) {
     throw OutputError(fmt::format(
         "{}: cannot be made ({}). Choose another directory (on the command line: --out).", path,
-        std::strerror(reason)));
+        std::strerror(errno)));
   }
-  if (S_ISDIR(status.st_mode)) return;
+  check_own_directory(path);
+}
+
+void check_own_directory(const std::string& path) {
+  struct stat status {};
+  if (::lstat(path.c_str(), &status) != 0 || S_ISDIR(status.st_mode)) return;
   throw OutputError(fmt::format(
       "{}: {}. Delete it, or choose another directory (on the command line: --out).", path,
       S_ISLNK(status.st_mode) ? "this is a link, and results are written into no linked folder"

@@ -30,6 +30,9 @@ std::string read_output(const std::string& path);
 /// Whether there is a file, folder or link of that name. A link is not followed.
 bool is_entry(const std::string& path);
 
+/// Throws OutputError if `path` is a link, or there is something that is no directory.
+void check_own_directory(const std::string& path);
+
 /// Makes the directory if it is not there. Throws OutputError if `path` is a link or no directory:
 /// results never go through a link out of their directory.
 void make_own_directory(const std::string& path);
