@@ -63,7 +63,7 @@ class Threads(ProgramTest):
 
     def same(self, name, scene, command="run", names=("history.csv", "final.vtu"), *more):
         results = []
-        for number, threads in enumerate((1, 2, 4, 2)):
+        for number, threads in enumerate((1, 2, 4)):
             folder = f"{name}-{number}"
             self.run_program(command, scene, "--out", self.path(folder), "--threads", str(threads),
                              *more)  # fmt: skip

@@ -9,8 +9,8 @@ of a page is taken in its order:
 - `sh`: the lines are executed by bash. Each must end with the exit code 0, or N if the line ends with `# exit code N`.
 - `toml`: a text with [mesh] and [material] is a scene, any other one takes the place of the sections of SCENE.toml
   that it names. `tetraction check` must accept it.
-- `python`: the text is executed after the other such blocks of the page. Blocks that import tetraction are left out
-  where the Python package is not built.
+- `python`: the text is executed in the interpreter that has executed the other such blocks of the page. Blocks that
+  import tetraction are left out where the Python package is not built.
 - `cpp` is built and run by the tests docs.Cpp (cpp_snippets.py). `cmake` and `text` are not executed.
 
 A comment in the line before a block says what else holds:
@@ -35,6 +35,23 @@ import tempfile
 import unittest
 
 from pages import blocks_of, pages_of
+
+# Executes the files that its input names, one by one, and answers each with a line.
+INTERPRETER = """
+import os, sys, traceback
+answers = os.fdopen(os.dup(1), "w", buffering=1)
+os.dup2(2, 1)
+names = {"__name__": "__main__"}
+for path in map(str.strip, sys.stdin):
+    try:
+        with open(path, encoding="utf-8") as file:
+            exec(compile(file.read(), path, "exec"), names)
+        print("done", file=answers)
+    except BaseException:
+        traceback.print_exc()
+        print("failed", file=answers)
+    sys.stdout.flush()
+"""
 
 PROGRAM, TREE = os.path.abspath(sys.argv[1]), os.path.abspath(sys.argv[2])
 PAGES = pages_of(TREE)
@@ -166,7 +183,7 @@ class Snippets(unittest.TestCase):
         write_part(os.path.join(self.folder, "part.msh"))
         self.write("SCENE.toml", SCENE)
         self.write("u.csv", "vertex,x,y,z\n10,0.01,0,0\n")
-        self.python = ""
+        self.python, self.interpreter = "", None
 
     def write(self, name, text):
         path = os.path.join(self.folder, name)
@@ -182,6 +199,22 @@ class Snippets(unittest.TestCase):
         output = (result.stdout + result.stderr)[-3000:]
         self.assertEqual(result.returncode, 0, f"{block}:\n{block.text}{output}")
 
+    def executed_in_interpreter(self, block):
+        if self.interpreter is None:
+            self.output = self.write("python.log", "")
+            with open(self.output, "w") as log:
+                self.interpreter = subprocess.Popen(
+                    [sys.executable, "-c", INTERPRETER], cwd=self.folder, text=True, stdin=subprocess.PIPE,
+                    stdout=subprocess.PIPE, stderr=log, env={**os.environ, "MPLBACKEND": "Agg"},
+                )  # fmt: skip
+            for cleanup in (self.interpreter.stdout.close, self.interpreter.wait, self.interpreter.stdin.close):
+                self.addCleanup(cleanup)
+        print(self.write(f"line_{block.line}.py", block.text), file=self.interpreter.stdin, flush=True)
+        answer = self.interpreter.stdout.readline()
+        self.count["run"] += 1
+        with open(self.output, encoding="utf-8", errors="replace") as log:
+            self.assertEqual(answer, "done\n", f"{block}:\n{block.text}{log.read()[-3000:]}")
+
     def taken(self, block):
         if "not run" in block.marks:
             self.assertGreater(len(block.marks["not run"]), 10, f"{block}: the reason is missing")
@@ -191,7 +224,7 @@ class Snippets(unittest.TestCase):
         elif block.language == "python":
             self.python += block.text
             if "import tetraction" not in self.python or importlib.util.find_spec("tetraction"):
-                self.executed(block, sys.executable, self.write("snippet.py", self.python))
+                self.executed_in_interpreter(block)
         elif block.language == "toml":
             if "added to" in block.marks:
                 with open(os.path.join(self.folder, block.marks["added to"]), encoding="utf-8") as file:

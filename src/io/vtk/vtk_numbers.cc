@@ -23,7 +23,7 @@ std::optional<VtkNumberType> find(const Types& types, std::string_view name) {
 }
 
 template <class Number>
-bool parse(std::string_view word, Number& value) {
+bool parse_word(std::string_view word, Number& value) {
   const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
   return error == std::errc() && end == word.data() + word.size();
 }
@@ -92,10 +92,10 @@ bool is_number(std::string_view word, const VtkNumberType& type) {
   if (type.kind == Kind::kReal) return is_real(word, type.bytes);
   if (word.starts_with('-')) {
     std::int64_t value = 0;
-    return parse(word, value) && value >= least(type);
+    return parse_word(word, value) && value >= least(type);
   }
   std::uint64_t value = 0;
-  return parse(word, value) && value <= most(type);
+  return parse_word(word, value) && value <= most(type);
 }
 
 std::string describe(const VtkNumberType& type) {
