@@ -57,7 +57,7 @@ std::size_t find_zero(std::string_view text) {
   return std::min(text.find("\\u0000"), text.find("\\U00000000"));
 }
 
-std::string trimmed(std::string_view text) {
+std::string without_blanks(std::string_view text) {
   const auto first = text.find_first_not_of(" \t");
   if (first == std::string_view::npos) return {};
   return std::string(text.substr(first, text.find_last_not_of(" \t") - first + 1));
@@ -163,7 +163,7 @@ std::vector<std::string> split_key(const std::string& key, const std::string& so
     }
   }
   for (std::string& segment : segments) {
-    segment = trimmed(segment);
+    segment = without_blanks(segment);
     if (segment.empty()) throw InputError(source + ": a part of the key is empty; " + kExample);
   }
   if (segments.size() > kDeepestNesting) refuse_depth(source);
@@ -226,7 +226,8 @@ TomlDocument::TomlDocument(const std::string& path, std::string text,
     const std::string source = "--set " + excerpt(setting);
     const auto equals = setting.find('=');
     if (equals == std::string::npos) throw InputError(fmt::format("{}: {}", source, kExample));
-    apply({trimmed(setting.substr(0, equals)), trimmed(setting.substr(equals + 1)), source});
+    apply({without_blanks(setting.substr(0, equals)), without_blanks(setting.substr(equals + 1)),
+           source});
   }
 }
 
