@@ -9,7 +9,7 @@
 
 namespace tetraction::python {
 
-/// What a computation in a thread of its own may ask of the thread that has called it.
+/// The requests of a computation in its own thread to the thread that has called it.
 class CallingThread {
  public:
   /// True as soon as a signal's handler has thrown an exception: the computation shall end.

@@ -89,7 +89,7 @@ py::array array_of(std::span<const Matrix3> matrices) {
   return array;
 }
 
-// What functions get of the places: the elements (n) and the rest positions (n, 3); nothing if there are no places.
+// The arguments of functions that describe places: the elements (n) and the rest positions (n, 3); none without places.
 py::tuple arrays_of(std::span<const MaterialPlace> places) {
   if (places.empty()) return py::tuple();
   const auto n = static_cast<py::ssize_t>(places.size());
@@ -269,8 +269,7 @@ void check_derivatives(const Law& material, const std::string& name, double modu
   const auto refuse = [&](const char* what, double error) {
     throw InputError(
         fmt::format("{}: {} by {:.2g} of the material's modulus λ + 2μ. Energy balances and "
-                    "implicit steps need "
-                    "exact derivatives.",
+                    "implicit steps need exact derivatives.",
                     name, what, error));
   };
   for (const Matrix3& f : points) {
@@ -331,8 +330,7 @@ class PythonField : public ForceTerm {
       if (std::isnan(result.data()[v])) {
         throw InputError(
             fmt::format("{}: admissible_fraction has returned NaN at vertex {}. Where nothing "
-                        "limits the way it is "
-                        "infinite.",
+                        "limits the way it is infinite.",
                         name_, v));
       }
       longest = std::min(longest, result.data()[v]);
@@ -436,11 +434,11 @@ void check_placed_material(const CustomMaterial& material, const MechanicalSyste
                          (stress[k] - alone.first_piola(f[k])).norm() <= 1e-9 * size &&
                          (stiffness[k] - alone.stiffness(f[k])).norm() <= 1e-9 * size;
     if (is_same) continue;
-    throw InputError(fmt::format(
-        "{}: the law has other values for many F at once than for each of them alone. The first "
-        "index "
-        "of the arrays counts the F and their places; look for a sum or an index that mixes them.",
-        material.name()));
+    throw InputError(
+        fmt::format("{}: the law has other values for many F at once than for each of them alone. "
+                    "The first index of the arrays counts the F and their places; look for a sum "
+                    "or an index that mixes them.",
+                    material.name()));
   }
 }
 

@@ -106,8 +106,7 @@ Turns::Turn::Turn(Turns& turns, Use use) : turns_(&turns) {
       throw InputError(
           is_observer
               ? "An observer is called within a run, so it cannot make steps or go back. Return "
-                "False "
-                "to end the run, or call step() in a loop of your own instead of run()."
+                "False to end the run, or call step() in a loop of your own instead of run()."
               : "The session is in use: another thread makes a step, or a function that is called "
                 "within a step uses its own session. Use a session from one thread at a time.");
     }

@@ -131,7 +131,7 @@ int run_program(int argc, char** argv) {
   tetraction::add_keys_command(app, exit_code);
   tetraction::add_view_command(app, exit_code);
   tetraction::add_document_command(app, exit_code);
-  // Accepted anywhere, and told of where it matters.
+  // Accepted by every command, and in the help of those that it matters to.
   for (CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; })) {
     if (command->get_name() != "mesh") add_threads(*command);
   }

@@ -41,8 +41,7 @@ std::string damping_of_limit(const StabilityLimit& limit) {
   if (!std::isfinite(undamped) || !(limit.critical_step < 0.999 * undamped)) return {};
   return fmt::format(
       "; the damping lowers it: without damping it would be 2/omega_max = {:.6g} s, and the "
-      "largest "
-      "damping rate is {:.6g} 1/s",
+      "largest damping rate is {:.6g} 1/s",
       undamped, limit.damping_rate);
 }
 
@@ -52,8 +51,7 @@ std::string damping_remarks(const Scene& scene) {
   const LameParameters lame = initial_lame(make_material(scene.material));  // no array gives it
   std::string text = fmt::format(
       "damping.ratio gives mass_damping = {:.6g} 1/s and viscosity = {:.6g} Pa s. Damping ratios "
-      "at "
-      "{:.6g} and {:.6g} Hz:",
+      "at {:.6g} and {:.6g} Hz:",
       scene.damping.mass_damping, scene.damping.viscosity, frequency[0], frequency[1]);
   const char* separator = " ";
   for (const DeformationKind kind :

@@ -52,7 +52,7 @@ std::string listing(const NameList& names) {
 }
 
 std::string_view nearest_name(std::string_view word, const NameList& valid) {
-  constexpr std::size_t kLongestWord = 64;  // nobody mistypes more; the distance is quadratic
+  constexpr std::size_t kLongestWord = 64;  // the cost of the distance is quadratic
   if (word.size() > kLongestWord) return {};
   const std::string typed = lower_case(word);
   std::string_view best;

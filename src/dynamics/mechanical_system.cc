@@ -84,10 +84,9 @@ void MechanicalSystem::check(const ExternalForce& force) const {
   if (force.vectors.size() > 0 &&
       (force.vectors.rows() != 3 ||
        force.vectors.cols() != static_cast<Index>(force.vertices.size()))) {
-    throw InputError(
-        fmt::format("A user force needs one vector for each of its {} vertices, not a matrix of {} "
-                    "x {}.",
-                    force.vertices.size(), force.vectors.rows(), force.vectors.cols()));
+    throw InputError(fmt::format(
+        "A user force needs one vector for each of its {} vertices, not a matrix of {} x {}.",
+        force.vertices.size(), force.vectors.rows(), force.vectors.cols()));
   }
   for (const Index v : force.vertices) {
     if (v < 0 || v >= vertex_count()) {

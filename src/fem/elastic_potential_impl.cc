@@ -127,8 +127,7 @@ void ElasticPotential::Impl::require_defined_at_rest(std::size_t m) const {
       if (is_defined) continue;
       throw InputError(
           fmt::format("{}: the energy density is not defined at rest, F = I, in element {} (from "
-                      "0) at ({:.6g}, "
-                      "{:.6g}, {:.6g}) m: the body could not even begin.",
+                      "0) at ({:.6g}, {:.6g}, {:.6g}) m: the body could not even begin.",
                       custom->name(), place.element, place.position.x(), place.position.y(),
                       place.position.z()));
     }

@@ -43,8 +43,7 @@ void CustomMaterial::evaluate(const MaterialValues& values) const {
 void CustomMaterial::Base::refuse_without_place() const {
   throw InputError(
       fmt::format("{}: the law is not the same everywhere, and a function without a place was "
-                  "called. Call at() "
-                  "with the element and its rest position.",
+                  "called. Call at() with the element and its rest position.",
                   name));
 }
 

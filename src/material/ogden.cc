@@ -102,10 +102,8 @@ std::string Ogden::instability() const {
       const double told = sign > 0.0 ? std::floor(stretch / unit) : std::ceil(stretch / unit);
       return fmt::format(
           "the ogden material is unstable: at a stretch of {:.4g} of a uniaxial state its stress "
-          "has "
-          "fallen to zero, and further strain sets energy free. Keep the strains well below that, "
-          "or "
-          "take terms with mu alpha > 0 only.",
+          "has fallen to zero, and further strain sets energy free. Keep the strains well below "
+          "that, or take terms with mu alpha > 0 only.",
           told * unit);
     }
   }

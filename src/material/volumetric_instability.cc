@@ -46,9 +46,8 @@ std::string volumetric_instability(const char* model, const LawWithVolumetricPar
   other.part = is_logarithmic(law) ? VolumetricPart::kQuadratic : VolumetricPart::kLogarithmic;
   return fmt::format(
       "the {} material has a negative lambda = {:.4g} Pa and volumetric = \"{}\": its energy has "
-      "no "
-      "lower bound. A part of the body that is {} {:.3g} times its size in all directions {}. Take "
-      "{}parameters with lambda >= 0, such as a larger Poisson's ratio.",
+      "no lower bound. A part of the body that is {} {:.3g} times its size in all directions {}. "
+      "Take {}parameters with lambda >= 0, such as a larger Poisson's ratio.",
       model, law.lambda, to_string(law.part),
       is_logarithmic(law) ? "compressed below" : "stretched beyond", *stretch,
       is_logarithmic(law) ? "collapses" : "expands without end",

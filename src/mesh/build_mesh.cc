@@ -116,11 +116,10 @@ class Builder {
         continue;
       }
       if (is_quadratic && cell.vertices.size() != 10) {
-        refuse(
-            fmt::format("element {} is a tetrahedron with {} nodes; there are elements with 4 and "
-                        "with 10. Write the mesh with first- or second-order elements (Gmsh: "
-                        "-order 2).",
-                        cell.id, cell.vertices.size()));
+        refuse(fmt::format(
+            "element {} is a tetrahedron with {} nodes; there are elements with 4 and with 10. "
+            "Write the mesh with first- or second-order elements (Gmsh: -order 2).",
+            cell.id, cell.vertices.size()));
       }
       if (!is_quadratic && cell.vertices.size() != 4) {
         refuse(fmt::format("element {} is a tetrahedron with {} vertices.", cell.id,
@@ -190,10 +189,10 @@ class Builder {
     std::sort(own.begin(), own.end());
     std::sort(other.begin(), other.end());
     if (own == other) return;
-    refuse(fmt::format(
-        "element {} has the corners of element {}, but other vertices in the middles of its "
-        "edges, which is ambiguous.",
-        cell.id, mesh_.tetrahedron_ids[static_cast<std::size_t>(first)]));
+    refuse(
+        fmt::format("element {} has the corners of element {}, but other vertices in the middles "
+                    "of its edges, which is ambiguous.",
+                    cell.id, mesh_.tetrahedron_ids[static_cast<std::size_t>(first)]));
   }
 
   void take_edge_vertices(const RawCell& cell) {
@@ -326,9 +325,8 @@ class Builder {
         const double volume = at_point.determinant() / 6.0;
         if (!(volume > 0.0)) {
           refuse(fmt::format(
-              "element {} is turned inside out by its curved edges: at one of its "
-              "quadrature points det(∂X/∂ξ) is {:.3g} m³. Repair the mesh, or straighten "
-              "its edges.",
+              "element {} is turned inside out by its curved edges: at one of its quadrature "
+              "points det(∂X/∂ξ) is {:.3g} m³. Repair the mesh, or straighten its edges.",
               element, 24.0 * volume));
         }
       }

@@ -45,8 +45,7 @@ void refuse_several(const std::vector<const Group*>& groups, const std::string& 
   }
   throw InputError(
       fmt::format("the group {} is ambiguous, because the mesh has several of this name: {}. Name "
-                  "one of these; "
-                  "any_of takes several.",
+                  "one of these; any_of takes several.",
                   in_quotes(name), quoted_list({names.begin(), names.end()})));
 }
 

@@ -1,4 +1,4 @@
-// Wrong input that one part of a body finds, told to all parts.
+// Errors in the input that one part of a body finds and all parts report.
 #pragma once
 
 #include <string>

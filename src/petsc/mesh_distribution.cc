@@ -24,7 +24,7 @@ void return_free_memory() {
 #endif
 }
 
-// The chunk of this process. The mesh of process 0 is given up.
+// The chunk of this process. The mesh of process 0 is released.
 MeshChunk distribute_chunks(const AllToAll& processes, TetMesh mesh) {
   if (processes.rank() != 0) return unpacked_chunk(receive_list<char>(0));
   return_free_memory();  // of the reader

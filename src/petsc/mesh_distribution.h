@@ -7,7 +7,7 @@
 namespace tetraction::petsc {
 
 /// Gives every process its part of the mesh that process 0 has; the meshes of others are ignored. Process 0
-/// hands out equal ranges of the mesh, one at a time, and gives up the mesh. From then on no process has more than its
+/// sends equal ranges of the mesh, one at a time, and releases the mesh. From then on no process has more than its
 /// share: all of them find the neighbours of the tetrahedra, the partition (PT-Scotch) and the parts together.
 /// The result is the mesh of the part, whose TetMesh::part talks to the other processes and makes
 /// preconditioners (PreconditionerSource). Throws InputError if the mesh has fewer tetrahedra than there are processes,

@@ -9,7 +9,7 @@ namespace tetraction::petsc {
 
 /// The part, from 0, of each tetrahedron of the chunk when the mesh is cut into so many parts of nearly equal
 /// numbers of tetrahedra with few common faces (PT-Scotch through PETSc's MatPartitioning; without it,
-/// pieces of a Hilbert curve). `neighbors` is emptied on the way. `processes` must be all those of MPI. Collective.
+/// pieces of a Hilbert curve). `neighbors` is emptied. `processes` must be all those of MPI. Collective.
 std::vector<int> partition_mesh(const MeshChunk& chunk,
                                 std::vector<std::array<std::int32_t, 4>> neighbors, int parts,
                                 const AllToAll& processes);

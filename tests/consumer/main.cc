@@ -1,4 +1,4 @@
-// What a user of the library writes: a session with a material of his own, and the parts.
+// The program of a user of the library: a session with a material of his own, and the parts.
 #include <cstdio>
 #include <memory>
 
@@ -17,7 +17,7 @@ int main() {
   using namespace tetraction;
   struct Rubber {
     NeoHookean inner{3.6e5, 1.4e6};
-    // Of Eigen/LU, which custom_material.h includes.
+    // The function is in Eigen/LU, which custom_material.h includes.
     bool admissible(const Matrix3& f) const { return f.determinant() > 0.0; }
     double energy_density(const Matrix3& f) const { return inner.energy_density(f); }
     Matrix3 first_piola(const Matrix3& f) const { return inner.first_piola(f); }

@@ -44,7 +44,7 @@ START = """// Made by tests/docs/cpp_snippets.py from the blocks of the document
 """
 
 EXAMPLES = """
-// What the fragments use.
+// Names that the fragments use.
 Scene example_scene() {
   Scene scene;
   scene.material.youngs_modulus = 1e6;

@@ -1,4 +1,4 @@
-// What the fuzz targets share: an input becomes a file, and a reader either accepts it or refuses it
+// Common code of the fuzz targets: an input becomes a file, and a reader either accepts it or refuses it
 // with a good message. Everything else ends the program.
 #pragma once
 
@@ -66,7 +66,7 @@ bool accepted(const Read& read) {
   return false;
 }
 
-/// What build_mesh() promises.
+/// The guarantees of build_mesh().
 inline void check_mesh(const TetMesh& mesh) {
   if (mesh.tetrahedron_count() == 0) fail("a mesh without tetrahedra");
   for (Index e = 0; e < mesh.tetrahedron_count(); ++e) {

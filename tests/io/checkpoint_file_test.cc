@@ -122,7 +122,7 @@ class CheckpointFiles : public testing::TestWithParam<Way> {
     return std::make_unique<Session>(scene, read_scene_mesh(scene));
   }
 
-  // What `run --resume` does with a file.
+  // Reads a file as `run --resume` does.
   static std::unique_ptr<Session> resumed(const Scene& scene, const std::string& directory) {
     const std::vector<CheckpointPath> paths = checkpoint_paths(directory);
     EXPECT_FALSE(paths.empty());

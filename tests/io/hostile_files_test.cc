@@ -181,7 +181,7 @@ TEST_F(HostileFiles, VegaScenesAndTables) {
   }
 }
 
-// What can be read in two ways is refused, in text and in binary, with the word that names the trouble.
+// Ambiguous files are refused, in text and in binary, with the word that names the trouble.
 TEST_F(HostileFiles, AmbiguousGmsh) {
   for (const auto& [name, part] : std::initializer_list<Kind>{
            {"element_twice.msh", "element 1 is defined twice, with different vertices"},
@@ -454,7 +454,7 @@ TEST_F(HostileFiles, EveryOrderOfTheVerticesGivesAPositiveVolume) {
   EXPECT_EQ(reoriented, 12);
 }
 
-// Of tetrahedra with the same vertices the first is taken, for the groups of both: Gmsh's version 2
+// The first of several tetrahedra with the same vertices is taken, for the groups of all: Gmsh's version 2
 // writes an element once for each of its groups.
 TEST_F(HostileFiles, RepeatedTetrahedraAreTakenOnce) {
   const TetMesh mesh = read_mesh(corpus("gmsh", "twice.msh", ".msh"));

@@ -78,8 +78,7 @@ TEST_F(MaterialArrays, GiveModuliAndDensities) {
 TEST_F(MaterialArrays, GiveParametersOfEachModel) {
   for (const char* material :
        {"model = \"stvk\"\nmu = { array = \"E\" }\nlambda = 1e5",
-        "model = \"mooney-rivlin\"\nmu1 = { array = \"E\" }\nmu2 = 1e4\nlambda = { array = \"E\" "
-        "}",
+        "model = \"mooney-rivlin\"\nmu1 = { array = \"E\" }\nmu2 = 1e4\nlambda = { array = \"E\" }",
         "model = \"mooney-rivlin\"\nyoungs_modulus = { array = \"E\" }\npoissons_ratio = 0.3\n"
         "ratio = 0.2\nvolumetric = \"quadratic\"",
         "model = \"yeoh\"\nc10 = { array = \"E\" }\nc20 = -1\nc30 = 1\nkappa = 1e6"}) {
@@ -139,10 +138,10 @@ TEST_F(MaterialArrays, RefusalsNamePlaceTetrahedronAndValue) {
 
 TEST_F(MaterialArrays, EventsCanSetThem) {
   const std::string material = "youngs_modulus = 2e5\npoissons_ratio = 0.25";
-  const Scene read = scene(material,
-                           "[[event]]\nat = 0.005\nset = { \"material.youngs_modulus\" = { array = "
-                           "\"E\" } }\n[[event]]\nat = 0.006\nset = { \"material.youngs_modulus\" "
-                           "= 3e5 }\n");
+  const Scene read =
+      scene(material,
+            "[[event]]\nat = 0.005\nset = { \"material.youngs_modulus\" = { array = \"E\" } "
+            "}\n[[event]]\nat = 0.006\nset = { \"material.youngs_modulus\" = 3e5 }\n");
   ASSERT_EQ(read.event.size(), 2U);
   const auto& first = std::get<SetMaterial>(read.event[0].edits.at(0)).material;
   EXPECT_EQ(first.arrays.at("youngs_modulus"), "E");
@@ -188,8 +187,7 @@ TEST_F(MaterialArrays, GmshFilesKeepThem) {
 // Only some elements have data; the others get NaN, which a material does not take.
 TEST_F(MaterialArrays, OfGmshFilesMayLackElements) {
   const std::string body =
-      "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n5\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n5 1 "
-      "1 "
+      "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n5\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n5 1 1 "
       "1\n$EndNodes\n$Elements\n2\n11 4 0 1 2 3 4\n12 4 0 2 3 4 5\n$EndElements\n";
   const std::string data = "$ElementData\n1\n\"E\"\n1\n0.0\n3\n0\n1\n1\n12 5e5\n$EndElementData\n";
   write_text_file(path("part.msh"), body + data);

@@ -237,7 +237,7 @@ TEST_F(MeshWriterDetails, GmshKeepsGroupsOfAllDimensions) {
   const TetMesh mesh = build_mesh(raw);
   const MeshWriteReport report = write_mesh(mesh, path("groups.msh"), group_cells(raw));
   EXPECT_EQ(report.lost_groups, std::vector<std::string>{"stray"});
-  // Of the cells of the file, one triangle belongs to no group.
+  // One triangle of the file belongs to no group.
   EXPECT_EQ(mesh.report.skipped_cells, (std::map<CellType, Index>{{CellType::kTriangle, 1}}));
 
   const RawMesh again = read_raw_mesh(path("groups.msh"));

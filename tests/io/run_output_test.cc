@@ -1,4 +1,4 @@
-// What a run writes: probes.csv, the rows of history.csv, the fields and formats of frames.
+// The files of a run: probes.csv, the rows of history.csv, the fields and formats of frames.
 
 #include <cmath>
 #include <cstdlib>

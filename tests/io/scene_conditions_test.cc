@@ -132,7 +132,7 @@ TEST_F(SceneReader, TheEnvironmentIsChecked) {
             Vector3(0, -1, 0));
 }
 
-// What an engineer gets to read who selects in two ways or gives two targets.
+// The messages about two selections or two targets.
 TEST_F(SceneReader, KeysTooManyAreToldWithTheOthers) {
   const std::string fix = "[[fix]]\nselect = { vertices = [3, 4] }\n";
   refuses(fix + "targets = [[0, 0, 0]]\n", "9:1: fix.0.targets", {"1 places for the 2 vertices"});

@@ -124,9 +124,8 @@ TEST_F(SceneReader, EventsSetNumbersToTheLastBit) {
         << number;
   }
   const Scene scene = read(kSmall +
-                           "[[event]]\nat = 1\nset = { \"environment.kind\" = "
-                           "\"gravity\", \"environment.direction\" = [3, "
-                           "0.1, 1e-3] }\n");
+                           "[[event]]\nat = 1\nset = { \"environment.kind\" = \"gravity\", "
+                           "\"environment.direction\" = [3, 0.1, 1e-3] }\n");
   EXPECT_EQ(edits_of<SetEnvironment>(scene.event.at(0)).at(0).settings.direction,
             Vector3(3, 0.1, 1e-3).normalized());
 }
@@ -163,10 +162,10 @@ TEST_F(SceneReader, EventsTakeOneTableOrAList) {
   const std::string event = kSmall + "[[event]]\nat = 0.5\n";
   const std::string fix = "{ select = { all = true }, components = \"z\" }";
   EXPECT_EQ(edits_of<SetFix>(read(event + "fix = " + fix).event[0]).size(), 1U);
-  const auto fixes = edits_of<SetFix>(read(event + "fix = [" + fix +
-                                           ", { select = { group = \"a\" }, mode = "
-                                           "\"penalty\", penalty = 3 }]\n")
-                                          .event[0]);
+  const auto fixes =
+      edits_of<SetFix>(read(event + "fix = [" + fix +
+                            ", { select = { group = \"a\" }, mode = \"penalty\", penalty = 3 }]\n")
+                           .event[0]);
   ASSERT_EQ(fixes.size(), 2U);
   EXPECT_FALSE(fixes[0].index);  // added
   EXPECT_EQ(fixes[0].entry.components, (std::array<bool, 3>{false, false, true}));
@@ -204,11 +203,11 @@ TEST_F(SceneReader, EventsTakeOneTableOrAList) {
             2U);
 
   // As sections of their own.
-  const Scene sections = read(event +
-                              "[event.set]\n\"time.step\" = 1e-3\n[event.unfix]\nall = true\n"
-                              "[[event.fix]]\nselect = { all = true }\n[[event.fix]]\nselect = { "
-                              "group = \"a\" }\n[event.momentum]\nselect = { all = true }\nvalue = "
-                              "[0, 0, 1]\n");
+  const Scene sections =
+      read(event +
+           "[event.set]\n\"time.step\" = 1e-3\n[event.unfix]\nall = true\n"
+           "[[event.fix]]\nselect = { all = true }\n[[event.fix]]\nselect = { group = \"a\" "
+           "}\n[event.momentum]\nselect = { all = true }\nvalue = [0, 0, 1]\n");
   EXPECT_EQ(edits_of<SetTime>(sections.event[0]).at(0).settings.step, 1e-3);
   EXPECT_EQ(edits_of<SetFix>(sections.event[0]).size(), 2U);
   EXPECT_EQ(edits_of<SetMomentum>(sections.event[0]).size(), 1U);
@@ -413,7 +412,7 @@ set = { "force.1.select.vertices" = [2], "force.1.vector" = [3, 0, 0] }
 at = 3
 set = { "force.1.vector" = [4, 0, 0] }
 )");
-  // What the run does with the edits, in order.
+  // The effect of the edits on the run, in order.
   std::vector<ForceSettings> forces = scene.force;
   for (const EventSettings& event : scene.event) {
     for (const SetForce& edit : edits_of<SetForce>(event)) {

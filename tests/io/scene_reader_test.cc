@@ -189,7 +189,7 @@ TEST_F(SceneReader, UnknownWordsAreRefusedWithTheNearest) {
                  {"did you mean neo-hookean?"}, {"material.model=neohookean"});
   refuses("[environment]\nkind = \"wind\"\n", "8:1: environment.kind",
           {"none, gravity or attraction"});
-  // What only programs can set has no word in a file.
+  // Values that only programs can set have no word in a file.
   refuses("[environment]\nkind = \"custom\"\n", "8:1: environment.kind",
           {"none, gravity or attraction"});
   expect_refusal(kSmall, "--set material.model=custom: material.model",

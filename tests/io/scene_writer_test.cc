@@ -35,7 +35,7 @@ std::string without_events_and_files(Scene scene) {
 std::string text_of(const Edit& edit) {
   Scene scene = scene_of(GeneratorSettings{}, elastic(1e6, 0.3));
   std::string number;
-  // What changes an entry is shown as what adds one, with its number.
+  // An edit that changes an entry is shown like one that adds it, with its number.
   const auto shown = [&](auto part) -> Edit {
     if (part.index) number = std::to_string(*part.index);
     part.index.reset();

@@ -353,7 +353,7 @@ TEST_F(VtkReader, TruncatedFilesAreRefused) {
   expect_cuts_refused(path("text.vtu"), path("cut.vtu"), 30);
 }
 
-// What is checked is what VTK reads, also while another program replaces the file again and again.
+// The checked bytes are those that VTK reads, also while another program replaces the file again and again.
 TEST_F(VtkReader, AFileThatIsReplacedIsReadAsOneOrTheOther) {
   write_mesh(generate_box({1, 1, 1}, {1, 1, 1}), path("small.vtu"));
   write_mesh(generate_box({1, 1, 1}, {2, 2, 2}), path("large.vtu"));

@@ -1,4 +1,4 @@
-// What a user of tetraction::io writes: a scene from a file, and results in a folder.
+// The program of a user of tetraction::io: a scene from a file, and results in a folder.
 #include <cstdio>
 
 #include "tetraction/io/initial_fields.h"

@@ -284,7 +284,7 @@ class RandomEdits {
   Index vertices_;
 };
 
-// What happened, for the report at the end.
+// The events of the test, for the report at the end.
 struct Counts {
   std::int64_t steps = 0;
   std::int64_t edits = 0;
@@ -323,7 +323,7 @@ void expect_closed_balance(const Session& session, Counts& counts) {
         balance.constraint_work(), balance.edit_work(), balance.angular_momentum_drift()}) {
     ASSERT_TRUE(std::isfinite(value));
   }
-  // What is dissipated is never given back.
+  // Dissipated energy is never given back.
   EXPECT_GE(balance.dissipated_energy(), -1e-9 * balance.energy_scale());
   counts.largest_linear_drift =
       std::max(counts.largest_linear_drift, balance.linear_momentum_drift());
@@ -424,8 +424,7 @@ TEST_F(Soak, RandomEditsOfEverything) {
   std::printf(
       "%lld steps of %lld bodies, %lld edits and %lld that were refused, %lld failures, %lld "
       "checkpoints restored; largest drift of the linear momentum %.2g, energy error of an edit "
-      "%.2g "
-      "and of a step of energy-momentum %.2g\n",
+      "%.2g and of a step of energy-momentum %.2g\n",
       static_cast<long long>(counts_.steps), static_cast<long long>(counts_.bodies),
       static_cast<long long>(counts_.edits), static_cast<long long>(counts_.refused),
       static_cast<long long>(counts_.failures), static_cast<long long>(counts_.restored),
@@ -435,7 +434,7 @@ TEST_F(Soak, RandomEditsOfEverything) {
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
   return;  // sanitizers keep memory that was freed
 #endif
-  // What the allocator and the thread pool take once is taken in the first quarter.
+  // The allocator and the thread pool take their memory once, in the first quarter.
   const std::size_t settled = memory.size() / 4;
   EXPECT_LE(memory.back(), memory[settled] + 16e6) << "The memory in use grows.";
 }

@@ -80,7 +80,7 @@ inline bool any_warning(const Session& session, const std::string& part) {
                      [&](const std::string& w) { return w.find(part) != std::string::npos; });
 }
 
-/// What the supports carry together at the end of the last step, N.
+/// The sum of the reactions at the end of the last step, N.
 inline Vector3 total_reaction(const Session& session) {
   Vector3 sum = Vector3::Zero();
   const Vector& reaction = session.reaction_force();

@@ -1,7 +1,7 @@
 // Runs the vectorised kernels on every instruction set that this processor has.
 #pragma once
 
-// What leaves out sets comes before Highway.
+// The macros that leave out sets come before Highway.
 #include "core/simd_targets.h"
 
 #include <hwy/targets.h>

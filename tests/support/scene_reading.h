@@ -134,7 +134,7 @@ class SceneReader : public ::testing::Test {
   std::string path_;
 };
 
-// What came with constraints, damping, regions and events; the lines follow the small scene's.
+// Keys of constraints, damping, regions and events; the lines follow the small scene's.
 inline const std::string kMechanics = R"(
 [[material_region]]
 select = { box = { min = [0, 0, 0], max = [1, 1, 1] } }

@@ -32,7 +32,7 @@ Matrix sum_of_elements() {
   return a;
 }
 
-// What one part has of the chain.
+// The share of one part in the chain.
 struct Share {
   std::vector<Index> groups;  // in the part's order: own ones first
   Index own = 0;

@@ -20,7 +20,7 @@ class ConstraintsOfABlock : public testing::Test {
 
   Constraints make(ConstraintList list) const { return {std::move(list), mesh_, system_.mass()}; }
 
-  // What the message of the refusal says.
+  // The message of the refusal.
   std::string refusal(ConstraintList list) const {
     return message_of([&] { make(std::move(list)); }, "");
   }
@@ -132,7 +132,7 @@ TEST_F(ConstraintsOfABlock, MotionsThatAgreeInTheComponentsTheyShareAreAllowed) 
   EXPECT_NE(refusal({{turning, later}, {}, {}, {}}), "");
 }
 
-// What is the same place and what is not goes by the size of the body, whatever the unit.
+// Whether two places are the same is judged by the size of the body, whatever the unit.
 TEST_F(ConstraintsOfABlock, TargetsAreComparedOnTheScaleOfTheBody) {
   for (const double scale : {1e-9, 1.0, 1e3}) {
     const TetMesh mesh = generate_box({2 * scale, scale, scale}, {2, 1, 1});

@@ -38,7 +38,7 @@ void hold_box(MechanicalSystem& system, const Vector3& low, const Vector3& high,
   system.set_constraints(Constraints(list, system.mesh(), system.mass()));
 }
 
-// What the pieces of a free body can do against each other.
+// The motions of the pieces of a free body against each other.
 Index motions_of(TetMesh mesh, std::size_t pieces) {
   const auto system = body_of(std::move(mesh));
   const FreeMotions motions = find_free_motions(*system);

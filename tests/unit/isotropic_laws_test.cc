@@ -340,7 +340,7 @@ TEST(YeohStress, KeepsTheDigitsOfTinyStrains) {
   }
 }
 
-// Of a body at rest the small-strain parameters are all that counts.
+// At rest only the small-strain parameters count.
 TEST(YeohStability, LimitAtRestIsTheNeoHookeanOne) {
   const LameParameters lame = lame_from_young(1e6, 0.4);
   const auto limit = [&](const MaterialModel& material) {

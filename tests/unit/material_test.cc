@@ -23,7 +23,7 @@ namespace {
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-// What the battery needs to know about a material: one of ordinary parameters, its name, and how
+// The facts about a material that the tests need: one of ordinary parameters, its name, and how
 // far it can be pulled before its energy overflows. This is that of every model of the program that has none
 // of its own below.
 template <class M>
@@ -151,7 +151,7 @@ using AllMaterials = Extending<IsotropicModel, CustomNeoHookean, CustomFibreRubb
                                QuadraticNeoHookean, QuadraticMooneyRivlin>::Types;
 TYPED_TEST_SUITE(MaterialBattery, AllMaterials);
 
-// What holds only without a preferred direction.
+// These properties hold only without a preferred direction.
 template <class M>
 class IsotropicBattery : public MaterialBattery<M> {};
 
@@ -277,7 +277,7 @@ TYPED_TEST(IsotropicBattery, EnergyOfTinyStrainsIsHookes) {
     for (const Matrix3& d : {direction(), Matrix3(Matrix3::Identity() / std::sqrt(3.0)),
                              Matrix3(direction() - direction().transpose())}) {
       const Matrix3 f = Matrix3::Identity() + size * d;
-      // What is stored is not exactly I + size d; the strain must come from what is stored.
+      // The stored F is not exactly I + size d; the strain must be that of the stored one.
       const Matrix3 s = f - Matrix3::Identity();
       const Matrix3 e = 0.5 * (s + s.transpose() + s.transpose() * s);
       const double hooke = lame.mu * e.squaredNorm() + 0.5 * lame.lambda * e.trace() * e.trace();

@@ -43,7 +43,7 @@ TEST(MeshPart, SharedForcesTravelWhileTheOtherElementsAreComputed) {
   ASSERT_TRUE(whole.elastic_energy_and_gradient(q, expected_energy, expected).ok());
 
   double energy = 0.0;
-  // What is not computed yet when the exchange begins is still NaN.
+  // Values that are not computed yet when the exchange begins are still NaN.
   Vector gradient = Vector::Constant(q.size(), std::numeric_limits<double>::quiet_NaN());
   Index later = -1;
   body.part->on_begin = [&](const double* values) {

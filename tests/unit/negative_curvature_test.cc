@@ -115,7 +115,7 @@ TEST_F(Column, FollowsNegativeCurvatureDownhill) {
   ASSERT_TRUE(evaluate(problem_, at));
   ASSERT_TRUE(follow(problem_, way, at));
   EXPECT_GT((at.u - before).dot(way.direction), 0.0);
-  // What does not bend downwards is left alone.
+  // Directions of positive curvature are left alone.
   way.direction =
       system_.coordinates().extend(modes.eigenvectors().col(modes.eigenvalues().size() - 1));
   at.u = saddle_;

@@ -377,7 +377,7 @@ TEST(Session, WarnsOfLoadsThatNeverAct) {
   EXPECT_EQ(session.warnings()[1].rfind("event.0.force ends at 0.004 s", 0), 0U);
 }
 
-// What a handle at rest without loads has as momenta is mere round-off, for which no tolerance is out of
+// The momenta of a handle at rest without loads are mere round-off, for which no tolerance is out of
 // reach.
 TEST(Session, AFreeHandleAtRestHasNoWarningOfRoundOff) {
   for (const char* solver : {"newton", "ceres"}) {
@@ -450,7 +450,7 @@ TEST(Session, TheSolverCanChangeDuringARun) {
     ASSERT_TRUE(session.step()) << session.message();
   }
 
-  // What does not fit is refused and changes nothing.
+  // Edits that do not fit are refused and change nothing.
   SolverSettings wrong = newton;
   wrong.kind = "ceres";
   EXPECT_THROW(session.apply(SetSolver{wrong}), InputError);
@@ -640,7 +640,7 @@ TEST(Session, GoesBackToTheStateBeforeAStepThatDidNotConverge) {
   session.apply(SetSolver{scene.solver});
   EXPECT_TRUE(session.step()) << session.message();
 
-  // What the failed attempt left in the solver does not tell.
+  // The failed attempt leaves nothing in the solver that changes the result.
   Session other(scene, mesh_of(scene));
   for (int k = 0; k < 5; ++k) ASSERT_TRUE(other.step());
   other.apply(SetSolver{scene.solver});

@@ -251,7 +251,7 @@ TEST(StabilityTracker, FollowsABodyThatIsCrushed) {
   }
 }
 
-// What becomes stiff elsewhere than where the last mode moves.
+// A part becomes stiff where the last mode does not move.
 TEST(StabilityTracker, FindsAnElementThatIsFlattenedFarAway) {
   const LameParameters lame = lame_from_young(1e6, 0.3);
   MechanicalSystem system(small_block({12, 3, 3}), NeoHookean(lame.mu, lame.lambda), 1000.0);

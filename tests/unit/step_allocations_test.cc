@@ -1,4 +1,4 @@
-// What a step takes from the heap, and how often it evaluates: work vectors are kept, and what the
+// The allocations of a step, and how often it evaluates: work vectors are kept, and what the
 // minimiser evaluated last is not evaluated again.
 
 #include <atomic>

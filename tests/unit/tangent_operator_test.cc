@@ -256,7 +256,7 @@ TEST_P(TangentOperatorOf, StepsThroughInvertedElementsAreNotSafe) {
   d.segment<3>(3 * v) = Vector3(1.0, 1.0, 1.0);
   const double least = least_on_the_way(potential_, q_, d);
   EXPECT_EQ(tangent.step_is_safe(records_of<double>(d).data()), least > 0.1);
-  // What is no number is not safe.
+  // NaN is not safe.
   d[3 * v] = std::numeric_limits<double>::quiet_NaN();
   EXPECT_EQ(tangent.step_is_safe(records_of<double>(d).data()), any_j);
 }

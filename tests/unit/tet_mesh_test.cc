@@ -22,7 +22,7 @@ RawMesh raw_tetrahedron() {
   return raw;
 }
 
-// What build_mesh says when it refuses.
+// The message with which build_mesh() refuses.
 std::string refusal(RawMesh raw) {
   return testing_support::message_of<FileError>([&] { build_mesh(std::move(raw)); });
 }

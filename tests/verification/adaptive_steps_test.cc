@@ -216,7 +216,7 @@ TEST(AdaptiveSteps, CountStepsThatDoNotMeetTheTolerance) {
   EXPECT_TRUE(any_warning(session, "time.min_step"));
 }
 
-// What the two halves give must be what the rule gives in two steps.
+// The two halves must give the result of two steps of the rule.
 TEST(AdaptiveSteps, AStepConsistsOfTwoStepsOfTheRule) {
   for (const Integrator rule : all_integrators()) {
     Scene scene = adaptive_block(rule, 0.5, 0.05);

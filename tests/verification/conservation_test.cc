@@ -1,4 +1,4 @@
-// What each rule promises, on a free, spinning, stretched block over many steps.
+// The conservation laws of each rule, on a free, spinning, stretched block over many steps.
 #include <cmath>
 #include <numeric>
 
@@ -42,7 +42,7 @@ TEST(MidpointConservation, LinearMomentumToRoundOffAngularToTolerance) {
   ASSERT_EQ(session.state().step, 10000);
   EXPECT_LT(session.balance().linear_momentum_drift(), 1e-12);
   EXPECT_LT(session.balance().angular_momentum_drift(), 1e-8);
-  // What the residuals allow is stated, and it bounds what is measured (but for round-off).
+  // The drift that the residuals allow is stated, and it bounds the measured one (but for round-off).
   EXPECT_GT(session.balance().allowed_angular_momentum_drift(), 0.0);
   EXPECT_LE(session.balance().angular_momentum_drift(),
             session.balance().allowed_angular_momentum_drift() + 1e-12);

@@ -233,7 +233,7 @@ TEST_P(HandleBy, ADrivenHandleFollowsItsMotion) {
   }
   ASSERT_EQ(session.status(), RunStatus::kFinished) << session.message();
   EXPECT_GT(std::abs(session.balance().constraint_work()), 100.0);
-  // What the grip put in is what the body has (to the rule's own error).
+  // The work of the grip is the energy of the body (to the rule's own error).
   EXPECT_LT(session.balance().max_relative_energy_drift(),
             GetParam() == Integrator::kBackwardEuler ? 0.3
             : GetParam() == Integrator::kExplicit    ? 0.1

@@ -50,7 +50,7 @@ TEST_P(ForceWindow, TheImpulseIsTheIntegralOfTheForce) {
   }
 }
 
-// What the step sees, and what is entered as work, is the mean of the force over the step.
+// The step and its work use the mean of the force over the step.
 TEST_P(ForceWindow, TheWorkIsTheMeanForceTimesTheWay) {
   Scene scene = pushed(0.01, 0.012, 0.013);
   const TetMesh mesh = generate_mesh(*scene.mesh.generate);

@@ -24,7 +24,7 @@ class ImplicitCorner : public testing::TestWithParam<RuleWithSolver> {
 INSTANTIATE_TEST_SUITE_P(All, ImplicitCorner, testing::ValuesIn(implicit_rules_with_solvers()),
                          name_with_solver);
 
-// What comes to rest, or crosses what the midpoint rule itself inverts: with backward Euler alone.
+// Bodies that come to rest, or that the midpoint rule itself would invert: with backward Euler alone.
 class RestCorner : public ImplicitCorner {};
 std::vector<RuleWithSolver> ways_to_rest() {
   std::vector<RuleWithSolver> ways = implicit_rules_with_solvers();

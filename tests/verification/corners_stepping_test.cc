@@ -76,7 +76,7 @@ TEST(AutomaticStepping, FollowsAnEventThatStiffensTheBody) {
     EXPECT_NEAR(session.steps().smallest, 0.1 * first, 0.02 * first);
     EXPECT_GT(session.time_step(), 0.7 * first);
     for (const AppliedEdit& edit : session.edits()) EXPECT_TRUE(edit.warning.empty());
-    // Of first order with the explicit rule, and another one for another step.
+    // It is of first order with the explicit rule, and another one for another step.
     EXPECT_LT(session.balance().max_relative_energy_drift(),
               rule == Integrator::kVerlet ? 0.05 : 0.3);
     EXPECT_LT(session.balance().linear_momentum_drift(), 1e-11);
@@ -195,7 +195,7 @@ TEST(AutomaticStepping, KeepsTheStepWhereASmallerOneDoesNotHelp) {
   EXPECT_EQ(session.steps().changes, 0);
 }
 
-// What was kept to go back to has its own step and schedule.
+// The kept state has its own step and schedule.
 TEST(AutomaticStepping, GoesBackToTheStepOfTheGoodState) {
   Scene scene = press({2, 2, 2}, std::numeric_limits<double>::infinity());
   Session session(scene, mesh_of(scene));

@@ -35,7 +35,7 @@ TEST_P(ViscousBeam, LosesEnergyInEveryStepAndBooksAllOfIt) {
       ASSERT_EQ(session.status(), RunStatus::kFinished) << session.message();
       EXPECT_LT(session.balance().energies().total(), start);
       if (GetParam().integrator == Integrator::kMidpoint && viscosity > 1e5) {
-        // What the midpoint rule itself adds is next to nothing beside what the viscosity takes.
+        // The midpoint rule adds far less energy than the viscosity takes.
         EXPECT_LT(std::abs(session.balance().energy_error()), 1e-3 * start)
             << viscosity << " Pa s, " << step << " s";
       }

@@ -86,7 +86,7 @@ TEST_P(DampedBy, DragTakesTheMomentumOfEachVertex) {
   const double ah = rate * session.time_step();
   EXPECT_LT((session.balance().momenta().linear - std::exp(-rate * 0.2) * start).norm(),
             (order(GetParam()) == 2 ? ah * ah : ah) * start.norm());
-  // What left the body is in the balance.
+  // The energy that left the body is in the balance.
   EXPECT_NEAR(session.balance().dissipated_energy(),
               0.5 * session.system().total_mass() * 6.0 * (1.0 - std::exp(-2.0 * rate * 0.2)),
               2.0 * ah * 0.5 * session.system().total_mass() * 6.0);

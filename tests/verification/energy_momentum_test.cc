@@ -1,4 +1,4 @@
-// What the energy-momentum rule promises: energy and both momenta with any step, and a balance that
+// The conservation laws of the energy-momentum rule: energy and both momenta with any step, and a balance that
 // closes with everything that acts on the body.
 #include <algorithm>
 #include <cmath>

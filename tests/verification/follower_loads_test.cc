@@ -346,7 +346,7 @@ TEST(FollowerModes, DampingRatiosInAnyUnits) {
   }
 }
 
-// Of two modes that flutter together, the one that grows comes first: it is not cut off.
+// If two modes flutter together, the one that grows comes first, so that it is not cut off.
 TEST(FollowerModes, TheModeThatGrowsComesFirst) {
   const DampedColumn body(26.0, 0.0, 5.0);
   const NormalModes all = body.modes(6);

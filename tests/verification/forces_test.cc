@@ -192,7 +192,7 @@ TEST(Attraction, LargeStepsThroughASoftenedCentreConvergeWhereTheInertiaDoesNotD
     scene.environment.softening = 0.1;
     TetMesh mesh = mesh_of(scene);
     for (Vector3& x : mesh.vertices.own()) x += Vector3(0.45, 0.02, -0.03);
-    // What midpoint does to the energy at larger steps is another matter.
+    // The energy error of midpoint at larger steps is another matter.
     scene.time = {integrator, integrator == Integrator::kMidpoint ? 0.04 : 0.1, false, 4.0};
     FinishedRun session(scene, mesh);
     EXPECT_LT(session.total_iterations(), 25 * session.state().step) << to_string(integrator);

@@ -343,18 +343,17 @@ TEST(StaticFreeMotions, AreNamed) {
   Scene scene = soft_beam({2, 1, 1}, {2, 1, 1});
   scene.environment.kind = EnvironmentKind::kGravity;
   expect(scene,
-         "move along x, move along y, move along z, rotate about x, rotate about y and "
-         "rotate about z");
+         "move along x, move along y, move along z, rotate about x, rotate about y and rotate "
+         "about z");
   scene.environment.kind = EnvironmentKind::kNone;
   scene.fix = {fix(SelectPlane{0, 0.0, {}}, {true, false, false})};
   expect(scene,
          "move along y, move along z and rotate about the line through (1, 0.5, 0.5) along x");
   scene.fix = {fix(SelectVertices{{0}})};
   // The points are those of the axes that are nearest to the centre.
-  expect(
-      scene,
-      "rotate about the line through (1, 0, 0) along x, rotate about the line through (0, 0.5, 0) "
-      "along y and rotate about the line through (0, 0, 0.5) along z");
+  expect(scene,
+         "rotate about the line through (1, 0, 0) along x, rotate about the line through (0, 0.5, "
+         "0) along y and rotate about the line through (0, 0, 0.5) along z");
   // A hinge: two vertices of the edge (0, 0, z).
   scene.fix = {fix(SelectBox{{0, 0, 0}, {0, 0, 1}})};
   expect(scene, "rotate about the line through (0, 0, 0.5) along z");
@@ -362,10 +361,9 @@ TEST(StaticFreeMotions, AreNamed) {
   Scene attracted = soft_beam({2, 1, 1}, {2, 1, 1});
   attracted.environment.kind = EnvironmentKind::kAttraction;
   attracted.environment.softening = 5.0;
-  expect(
-      attracted,
-      "rotate about the line through (1, 0, 0) along x, rotate about the line through (0, 0.5, 0) "
-      "along y and rotate about the line through (0, 0, 0.5) along z");
+  expect(attracted,
+         "rotate about the line through (1, 0, 0) along x, rotate about the line through (0, 0.5, "
+         "0) along y and rotate about the line through (0, 0, 0.5) along z");
   attracted.fix = {fix(SelectNearest{{2, 0, 0}}, {false, true, true}),
                    fix(SelectNearest{{0, 1, 0}}, {false, false, true})};
   EXPECT_EQ(message(attracted), "none");

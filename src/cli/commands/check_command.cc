@@ -32,7 +32,7 @@ namespace {
 
 // An error above this means that the derivatives of a material are wrong, on any mesh.
 constexpr double kLargestDerivativeError = 1e-7;
-// A turn in a step that is told, rad. Less is what vibrations at the start have.
+// The least turn in a step that is reported, rad. Vibrations at the start have less.
 constexpr double kTurn = 1e-4;
 
 // The scene's own materials first, then the other models with the small-strain response of the
@@ -119,9 +119,8 @@ std::string turning_warning(Integrator rule, double turn, double step, double cr
   if (rule != Integrator::kMidpoint || turn < kFar || !(step > kStiff * critical_step)) return {};
   return fmt::format(
       "the body turns by {:.2g} rad in a step that is {:.0f} times its stability limit: the energy "
-      "of "
-      "midpoint may then grow without bound, however small the strains are. Take time.integrator = "
-      "\"energy-momentum\", or a smaller time.step",
+      "of midpoint may then grow without bound, however small the strains are. Take "
+      "time.integrator = \"energy-momentum\", or a smaller time.step",
       turn, step / critical_step);
 }
 
@@ -177,7 +176,7 @@ int check(const std::string& path, const std::vector<std::string>& overrides, bo
   json["highest_frequency"] = spectrum.highest;
   if (with_spectrum) json["spectrum"] = spectrum_json(spectrum, step);
 
-  // Errors of laws that the scene does not use are told, but do not make the check fail.
+  // Errors of laws that the scene does not use are printed, but do not make the check fail.
   bool exact = true;
   json["derivatives"] = nlohmann::ordered_json::array();
   const auto enter_errors = [&](const DerivativeErrors& errors, const std::string& of,
@@ -216,16 +215,15 @@ int check(const std::string& path, const std::vector<std::string>& overrides, bo
     write_result("\n");
     for (const auto& material : json["materials"]) {
       print_result(
-          "material: {} with mu = {} Pa, lambda = {} Pa at small strain, density {} "
-          "kg/m3, wave speeds {} m/s (pressure) and {} m/s (shear)\n",
+          "material: {} with mu = {} Pa, lambda = {} Pa at small strain, density {} kg/m3, wave "
+          "speeds {} m/s (pressure) and {} m/s (shear)\n",
           material["model"].get<std::string>(), range_text(material["mu"]),
           range_text(material["lambda"]), range_text(material["density"]),
           range_text(material["wave_speed"]), range_text(material["shear_wave_speed"]));
     }
     print_result(
         "size: {:.6g} x {:.6g} x {:.6g} m; a pressure wave takes {:.4g} s along the longest side. "
-        "If "
-        "this is not the body that you mean, see mesh.unit and mesh.scale\n",
+        "If this is not the body that you mean, see mesh.unit and mesh.scale\n",
         size.x(), size.y(), size.z(), size.maxCoeff() / fastest);
     print_result("mass: {:.6g} kg; {} of {} degrees of freedom free", system->total_mass(),
                  system->coordinates().count(), system->dof_count());
@@ -268,8 +266,8 @@ int check(const std::string& path, const std::vector<std::string>& overrides, bo
     }
     print_loads_and_supports(facts, scene, *system);
     print_result(
-        "\nanalytic derivatives against central differences, at the initial state strained "
-        "by about 10 %:\n{:<16}{:>18}{:>18}\n",
+        "\nanalytic derivatives against central differences, at the initial state strained by "
+        "about 10 %:\n{:<16}{:>18}{:>18}\n",
         "material", "forces", "stiffness");
     for (const auto& row : json["derivatives"]) {
       if (row.contains("defined")) {

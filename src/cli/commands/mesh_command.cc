@@ -39,35 +39,32 @@ void refuse_to_overwrite(const std::string& in, const std::string& out) {
     for (const std::string& written : files_of_mesh(out)) {
       std::error_code error;
       if (!fs::equivalent(read, written, error)) continue;
-      throw InputError(
-          fmt::format("{}, which is being read, would be overwritten{}. Give the converted mesh "
-                      "another name.",
-                      read, read == written ? "" : fmt::format(" as {}", written)));
+      throw InputError(fmt::format(
+          "{}, which is being read, would be overwritten{}. Give the converted mesh another name.",
+          read, read == written ? "" : fmt::format(" as {}", written)));
     }
   }
 }
 
 void warn_of_losses(const MeshWriteReport& written, const std::string& in, const std::string& out) {
   if (!written.lost_groups.empty()) {
-    print_warning(fmt::format(
-        "{}: these groups of {} are lost, wholly or in part: {}. A .msh file holds groups of "
-        "points, lines, triangles and tetrahedra, a .veg file those of tetrahedra, the other "
-        "formats none.",
-        out, in, fmt::join(written.lost_groups, ", ")));
+    print_warning(
+        fmt::format("{}: these groups of {} are lost, wholly or in part: {}. A .msh file holds "
+                    "groups of points, lines, triangles and tetrahedra, a .veg file those of "
+                    "tetrahedra, the other formats none.",
+                    out, in, fmt::join(written.lost_groups, ", ")));
   }
   if (!written.lost_arrays.empty()) {
-    print_warning(
-        fmt::format("{}: these arrays of {} are lost: {}. .vtu and .vtk files hold arrays of all "
-                    "names but their own, "
-                    ".msh files those of 1, "
-                    "3 and 9 components, the other formats none.",
-                    out, in, fmt::join(written.lost_arrays, ", ")));
+    print_warning(fmt::format(
+        "{}: these arrays of {} are lost: {}. .vtu and .vtk files hold arrays of all names but "
+        "their own, .msh files those of 1, 3 and 9 components, the other formats none.",
+        out, in, fmt::join(written.lost_arrays, ", ")));
   }
   if (written.changed_regions) {
-    print_warning(fmt::format(
-        "{}: regions of {} change their numbers. A .msh file holds regions above 0, a .veg file "
-        "numbers them from 1.",
-        out, in));
+    print_warning(
+        fmt::format("{}: regions of {} change their numbers. A .msh file holds regions above 0, a "
+                    ".veg file numbers them from 1.",
+                    out, in));
   }
   if (!written.names_with_quotes.empty()) {
     print_warning(

@@ -62,8 +62,7 @@ int run_parallel(const SessionArguments& /*arguments*/, const char* /*label*/,
   throw InputError(
       "This build has no PETSc and MPI, which solver.engine = \"petsc\" and runs with mpirun need "
       "(there is no program tetraction-petsc beside this one). Take solver.engine = \"local\" "
-      "without "
-      "mpirun, or install petsc-dev and build it again (scripts/setup --all).");
+      "without mpirun, or install petsc-dev and build it again (scripts/setup --all).");
 }
 
 #else

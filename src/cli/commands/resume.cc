@@ -84,11 +84,10 @@ std::string listing_of(const std::vector<std::string>& parts) {
 
 [[noreturn]] void refuse_changes(const std::string& directory,
                                  const std::vector<std::string>& parts) {
-  throw InputError(
-      fmt::format("{}: the run cannot go on, because its inputs have changed since: {}. Undo the "
-                  "changes, start "
-                  "the run anew without --resume, or let it go on with them by --force.",
-                  directory, listing_of(parts)));
+  throw InputError(fmt::format(
+      "{}: the run cannot go on, because its inputs have changed since: {}. Undo the changes, "
+      "start the run anew without --resume, or let it go on with them by --force.",
+      directory, listing_of(parts)));
 }
 
 // Not even --force changes what the state of the run refers to.
@@ -117,10 +116,10 @@ void require_forcible(const std::string& directory, const StoredCheckpoint& stor
     fixed.emplace_back("the number of vertices");
   }
   if (fixed.empty()) return;
-  throw InputError(fmt::format(
-      "{}: the run cannot go on, because its inputs have changed since: {}. --force does not help "
-      "here. Undo the changes, or start the run anew without --resume.",
-      directory, listing_of(fixed)));
+  throw InputError(
+      fmt::format("{}: the run cannot go on, because its inputs have changed since: {}. --force "
+                  "does not help here. Undo the changes, or start the run anew without --resume.",
+                  directory, listing_of(fixed)));
 }
 
 // The steps of the present settings begin at the restored state.
@@ -151,11 +150,11 @@ void refuse_equilibrium(const std::string& directory, const ForeignJson& summary
                                   : history_columns(directory).find(",max_displacement") !=
                                         std::string::npos;  // no run has this column
   if (!is_equilibrium) return;
-  throw InputError(fmt::format(
-      "{}: this directory holds the results of tetraction static, from which a run cannot "
-      "go on. Choose another directory with --out, or start the run without --resume, "
-      "which replaces them.",
-      directory));
+  throw InputError(
+      fmt::format("{}: this directory holds the results of tetraction static, from which a run "
+                  "cannot go on. Choose another directory with --out, or start the run without "
+                  "--resume, which replaces them.",
+                  directory));
 }
 
 bool has_same_mesh(const ForeignJson& summary, const MechanicalSystem& system) {
@@ -194,10 +193,10 @@ ResumePoint find_resume_point(const Session& session, const BodyIdentity& body,
     if (!has_same_mesh(summary, session.system())) since.emplace_back("the mesh");
     if (parts.empty()) parts = std::move(since);
     if (parts.empty()) {
-      print_note(fmt::format(
-          "{}: this run is complete already, with {} steps to t = {:.6g} s. To make it once more, "
-          "start it without --resume.",
-          directory, steps, time));
+      print_note(
+          fmt::format("{}: this run is complete already, with {} steps to t = {:.6g} s. To make it "
+                      "once more, start it without --resume.",
+                      directory, steps, time));
       point.resumption = Resumption::kComplete;
       return point;
     }
@@ -205,8 +204,8 @@ ResumePoint find_resume_point(const Session& session, const BodyIdentity& body,
   if (!parts.empty() && !force) refuse_changes(directory, parts);
   if (!stored) {
     print_note(fmt::format(
-        "{}: there is no checkpoint from which a run could go on{}. The run starts from "
-        "the beginning.",
+        "{}: there is no checkpoint from which a run could go on{}. The run starts from the "
+        "beginning.",
         directory,
         only_regular ? stop_before_first(directory) : " (output.checkpoint_every makes them)"));
     return point;
@@ -242,24 +241,24 @@ void report_resumption(const Session& session, const ResumePoint& point,
   }
   const int processes = process_count(session);
   if (stored.processes != processes) {
-    print_note(fmt::format(
-        "the checkpoint was written by {} process{}, and the run goes on in {}: the last digits "
-        "may differ from those of one run.",
-        stored.processes, stored.processes == 1 ? "" : "es", processes));
+    print_note(
+        fmt::format("the checkpoint was written by {} process{}, and the run goes on in {}: the "
+                    "last digits may differ from those of one run.",
+                    stored.processes, stored.processes == 1 ? "" : "es", processes));
   }
   if (stored.version != version()) {
-    print_warning(fmt::format(
-        "the checkpoint was written by version {} of the program, and this is {}: the last digits "
-        "may differ from those of one run.",
-        stored.version, version()));
+    print_warning(
+        fmt::format("the checkpoint was written by version {} of the program, and this is {}: the "
+                    "last digits may differ from those of one run.",
+                    stored.version, version()));
   }
   if (!quiet) {
     print_note(fmt::format(
         "{}: the run goes on after step {} (t = {:.6g} s).{}", directory, session.step_number(),
         session.time(),
         stored.is_regular ? ""
-                          : " The checkpoint was made when the run was stopped: implicit "
-                            "steps agree with those of one run within the solver's tolerance."));
+                          : " The checkpoint was made when the run was stopped: implicit steps "
+                            "agree with those of one run within the solver's tolerance."));
   }
 }
 

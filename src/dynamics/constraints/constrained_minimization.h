@@ -45,12 +45,12 @@ class ConstrainedMinimization {
   void add_constraint_potential();
   /// r ← what is not in balance at u() (3 per vertex, N).
   EvaluationStatus residual(Vector& r) const;
-  /// correction ← the way from u() to where the linearised equations are solved. Returns false if the matrix is
+  /// correction ← the displacement from u() to the solution of the linearised equations. Returns false if the matrix is
   /// not positive definite, or if loads depend on positions, if it is singular.
   bool newton_correction(Vector& correction);
   /// The generalised forces on the configuration at the last minimiser; empty without equations.
   const Vector& constraint_force() const { return constraint_force_; }
-  /// Sets them, after they were found in another way.
+  /// Sets them, after another method has found them.
   void set_constraint_force(const Vector& force) { constraint_force_ = force; }
   /// Whether the solutions are those with the loads at their positions.
   bool follows_loads() const {

@@ -24,7 +24,7 @@ void DiscreteGradientStep::begin(const State& state, double h, double end_time, 
   at_end_ = false;
   internal_.known = false;
   // The discrete gradient of a quadratic potential is its gradient at x plus a part that does not
-  // depend on x: the potential may change in another way than linearly in the time.
+  // depend on x: the potential need not be linear in the time.
   bool changed = false;
   for (const ForceTerm* term : system_.force_terms()) {
     if (!term->has_potential() || !term->is_quadratic() || term->uniform_acceleration()) continue;

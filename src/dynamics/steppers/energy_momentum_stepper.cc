@@ -120,8 +120,7 @@ class EnergyMomentumStepper : public ImplicitStepper {
         kNear)
       return {};
     return "; a material comes to the limit of its stretch, where its energy grows like "
-           "-ln(margin) without bound: "
-           "take a smaller step or another rule";
+           "-ln(margin) without bound: take a smaller step or another rule";
   }
 
   // Where every vertex is held, constraints' equations need no forces, but they must be met.

@@ -163,10 +163,8 @@ Eigenpair finite_largest_eigenpair(ScaledMatrix& op, const Vector& start = {}) {
   throw InputError(
       "The stability limit cannot be worked out, as the highest frequency of the body overflows: "
       "material.youngs_modulus (or mu, lambda), material.density, mesh.generate.size or "
-      "mesh.scale, "
-      "fix.penalty, damping.viscosity and environment.strength are too far apart in size, or one "
-      "is "
-      "too large or too small. Choose other units or values.");
+      "mesh.scale, fix.penalty, damping.viscosity and environment.strength are too far apart in "
+      "size, or one is too large or too small. Choose other units or values.");
 }
 
 // The same with a few products from a start that is near. A start that is exactly an eigenvector

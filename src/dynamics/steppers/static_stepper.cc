@@ -221,8 +221,7 @@ class Implementation : public StaticStepper {
     outcome.status = StepStatus::kNotConverged;
     outcome.message = fmt::format(
         "the forces found are not in balance: a force of {:.2g} N and a moment of {:.2g} N m "
-        "remain "
-        "beside forces of {:.2g} N",
+        "remain beside forces of {:.2g} N",
         all.force.norm(), all.moment.norm(), all.force_size);
     return false;
   }

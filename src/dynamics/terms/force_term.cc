@@ -123,7 +123,7 @@ void ForceTerm::add_discrete_gradient(const ForcePoint& from, const ForcePoint& 
   const double linear = force.dot(displacement);
   gradient += force;
   const double rest = change - linear;
-  // A difference that may be round-off would divided by a small way become a force that is not.
+  // A difference that may be round-off, divided by a small distance, would give a force that is far too large.
   const double round_off = 64.0 * std::numeric_limits<double>::epsilon() *
                            (std::abs(energy(start)) + std::abs(energy(end)) + std::abs(linear));
   if (!(std::abs(rest) > round_off)) return;

@@ -88,7 +88,7 @@ Vector3 VertexPotential::discrete_gradient(double mass, const Vector3& from,
   const double after = value(mass, to);
   const double linear = middle.dot(displacement);
   const double rest = after - before - linear;
-  // A difference that may be round-off would divided by a small way become a force that is not.
+  // A difference that may be round-off, divided by a small distance, would give a force that is far too large.
   const double round_off = 64.0 * std::numeric_limits<double>::epsilon() *
                            (std::abs(before) + std::abs(after) + std::abs(linear));
   if (!(std::abs(rest) > round_off)) return middle;

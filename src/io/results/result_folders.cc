@@ -158,10 +158,10 @@ bool leads_below_here(const fs::path& directory) {
 
 [[noreturn]] void refuse_to_mix(const std::string& directory, const char* there,
                                 const char* coming) {
-  throw InputError(fmt::format(
-      "{}: this directory holds the results of a {}, with which those of the {} would be "
-      "mixed. Choose another directory with --out, or delete it.",
-      directory, there, coming));
+  throw InputError(
+      fmt::format("{}: this directory holds the results of a {}, with which those of the {} would "
+                  "be mixed. Choose another directory with --out, or delete it.",
+                  directory, there, coming));
 }
 
 // Also in the folders of an earlier study, which are deleted.
@@ -181,11 +181,10 @@ std::string output_directory(const Scene& scene, const std::string& out,
     return text.rfind("output.directory", 0) == 0;
   });
   if (is_said || leads_below_here(directory)) return directory;
-  throw InputError(
-      fmt::format("output.directory = \"{}\": the scene names a directory that is not below the "
-                  "present one, or "
-                  "that a link leads out of it. If this is what you want, say so with --out.",
-                  directory));
+  throw InputError(fmt::format(
+      "output.directory = \"{}\": the scene names a directory that is not below the present one, "
+      "or that a link leads out of it. If this is what you want, say so with --out.",
+      directory));
 }
 
 void check_folder_of_run(const Scene& scene, const std::string& directory) {
@@ -239,8 +238,7 @@ void refuse_other_study(const std::string& directory, const std::string& scene_n
   if (!name.is_string() || name == in_json(scene_name)) return;
   throw InputError(
       fmt::format("{}: this directory holds the study of another scene, {}. Choose another "
-                  "directory with --out, or "
-                  "delete that study with --fresh.",
+                  "directory with --out, or delete that study with --fresh.",
                   directory, name.get<std::string>()));
 }
 

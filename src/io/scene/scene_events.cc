@@ -54,10 +54,9 @@ ChangedSection changed_section(std::string_view key,
   section.name = key.substr(0, dot);
   const ScenePart* part = find_part(section.name);
   if (section.name == "selection" || (part != nullptr && !part->may_change)) {
-    refuse(section.name == "initial"
-               ? "cannot change during a run; for momenta use the event's momentum = "
-                 "{ select = { ... }, value = [...] }."
-               : "cannot change during a run.");
+    refuse(section.name == "initial" ? "cannot change during a run; for momenta use the event's "
+                                       "momentum = { select = { ... }, value = [...] }."
+                                     : "cannot change during a run.");
   }
   if (part == nullptr) {
     refuse(
@@ -65,13 +64,13 @@ ChangedSection changed_section(std::string_view key,
   }
   if (key.ends_with(".density") || key.find(".density.") != std::string_view::npos) {
     refuse(
-        "cannot change during a run: mass would appear from nowhere, and momentum and "
-        "energy with it. Set the density before the start.");
+        "cannot change during a run: mass would appear from nowhere, and momentum and energy with "
+        "it. Set the density before the start.");
   }
   if (section.name == "material_region" && key.find(".select") != std::string_view::npos) {
     refuse(
-        "cannot change during a run: the masses of the vertices would change. Give the "
-        "parts that are to change regions of their own.");
+        "cannot change during a run: the masses of the vertices would change. Give the parts that "
+        "are to change regions of their own.");
   }
   if (part->is_list) {
     const auto end = key.find('.', dot == std::string_view::npos ? key.size() : dot + 1);
@@ -80,10 +79,10 @@ ChangedSection changed_section(std::string_view key,
     const char* last = key.data() + (end == std::string_view::npos ? key.size() : end);
     const auto [stop, error] = std::from_chars(first, last, index);
     if (error != std::errc() || stop != last) {
-      refuse(fmt::format(
-          "must have the number of the entry after \"{0}\", counted from 0: keys of the "
-          "first [[{0}]] begin with \"{0}.0.\".",
-          section.name));
+      refuse(
+          fmt::format("must have the number of the entry after \"{0}\", counted from 0: keys of "
+                      "the first [[{0}]] begin with \"{0}.0.\".",
+                      section.name));
     }
     section.index = index;
   }
@@ -259,9 +258,10 @@ void read_events(const TomlDocument& document, const TomlTable& root,
         const ChangedSection section =
             changed_section(name, [&](const std::string& message) { set.refuse(name, message); });
         if (value.is_table() && section.index && std::ranges::count(name, '.') == 1) {
-          set.refuse(name, fmt::format("is a table: give the single keys of the entry, like "
-                                       "\"{}.KEY\" = VALUE.",
-                                       name));
+          set.refuse(
+              name,
+              fmt::format("is a table: give the single keys of the entry, like \"{}.KEY\" = VALUE.",
+                          name));
         }
         if (section.name == "material_region" && *section.index >= now.material_region.size()) {
           set.refuse(key.str(),
@@ -313,8 +313,7 @@ void read_events(const TomlDocument& document, const TomlTable& root,
     if (event.edits.empty()) {
       table.refuse_table(
           "changes nothing: give set, unset, fix, unfix, constraint, remove_constraint, a load "
-          "such as "
-          "force, momentum or shift.");
+          "such as force, momentum or shift.");
     }
     scene.event.push_back(std::move(event));
   }

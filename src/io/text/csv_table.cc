@@ -92,8 +92,7 @@ CsvTable read_csv(const std::string& path) {
       if (!parse(entry, value) || !std::isfinite(value)) {
         fail(
             fmt::format("{} is not a finite number. Numbers have a decimal point, and commas, "
-                        "semicolons or "
-                        "spaces between them.",
+                        "semicolons or spaces between them.",
                         in_quotes(entry)));
       }
       row.values.push_back(value);

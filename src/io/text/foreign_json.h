@@ -18,7 +18,7 @@ using ForeignJson = nlohmann::json;
 inline constexpr int kMostJsonLevels = 100;
 
 /// The value of the text. Discarded (is_discarded(), and neither object nor array) if the text is no JSON, is nested too
-/// deep, or has a member twice, so that it could be read in two ways. Throws nothing but std::bad_alloc.
+/// deep, or has a member twice, so that it would be ambiguous. Throws nothing but std::bad_alloc.
 template <class Json = ForeignJson>
 Json parse_foreign_json(const std::string& text) {
   bool is_refused = false;

@@ -44,11 +44,10 @@ std::string file_text(const std::string& path) {
 }
 
 [[noreturn]] void refuse_depth(std::string_view source) {
-  throw InputError(
-      fmt::format("{}: not valid TOML for a scene: keys, lists and tables may be nested {} deep "
-                  "at most, and these are nested deeper. No "
-                  "scene needs as many; look for a dot or a bracket too many.",
-                  source, kDeepestNesting));
+  throw InputError(fmt::format(
+      "{}: not valid TOML for a scene: keys, lists and tables may be nested {} deep at most, and "
+      "these are nested deeper. No scene needs as many; look for a dot or a bracket too many.",
+      source, kDeepestNesting));
 }
 
 // The place of an escape for the character zero, at which names of files and messages would end. toml++
@@ -139,10 +138,10 @@ toml::table override_value(const std::string& text, const std::string& source) {
   if (!looks_like_toml && text.find('\n') == std::string::npos) {
     if (auto table = parse_value(toml_string(text), source)) return std::move(*table);
   }
-  throw InputError(fmt::format(
-      "{}: the value is not TOML; write a number, true, a word, or something like [0, 1, 2] or "
-      "{{ all = true }}, in quotes for the shell.",
-      source));
+  throw InputError(
+      fmt::format("{}: the value is not TOML; write a number, true, a word, or something like [0, "
+                  "1, 2] or {{ all = true }}, in quotes for the shell.",
+                  source));
 }
 
 std::optional<std::size_t> as_index(std::string_view segment) {
@@ -197,7 +196,7 @@ void put(toml::node& parent, const std::string& segment, toml::table value,
   });
 }
 
-// What is put in for the part segments[i] of a key, which is missing: a list if a number follows, otherwise a table.
+// The new node for the missing part segments[i] of a key: a list if a number follows, otherwise a table.
 // Three components that have defaults are there before one of them is set.
 std::string missing_part(const std::vector<std::string>& segments, std::size_t i) {
   if (!as_index(segments[i + 1])) return "{}";

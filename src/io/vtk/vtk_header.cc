@@ -32,10 +32,10 @@ std::int64_t count_of(const std::string& path, const char* name, std::string_vie
   std::int64_t count = 0;
   const auto [end, error] = std::from_chars(value.data(), value.data() + value.size(), count);
   if (error != std::errc() || end != value.data() + value.size() || count < 0 || count > most) {
-    throw FileError(fmt::format(
-        "{}: {} is {}: the file is too small for so many, so that it must be damaged. Write "
-        "the file anew.",
-        path, name, in_quotes(value)));
+    throw FileError(
+        fmt::format("{}: {} is {}: the file is too small for so many, so that it must be damaged. "
+                    "Write the file anew.",
+                    path, name, in_quotes(value)));
   }
   return count;
 }
@@ -122,10 +122,10 @@ class XmlArrays {
   void refuse_time_steps(const XmlTag& tag) const {
     for (const char* name : {"TimeStep", "TimeValues"}) {
       if (!tag.attribute(name)) continue;
-      throw FileError(fmt::format(
-          "{}: <{}> has the attribute {}: the file holds a series in time, and which of "
-          "its states is the mesh is ambiguous. Write one state without it.",
-          path_, tag.name, name));
+      throw FileError(
+          fmt::format("{}: <{}> has the attribute {}: the file holds a series in time, and which "
+                      "of its states is the mesh is ambiguous. Write one state without it.",
+                      path_, tag.name, name));
     }
   }
   // Attributes that decide on the meaning of an array must be written without references.
@@ -203,8 +203,7 @@ class XmlArrays {
   void check_connectivity() const {
     if (connectivity_ < 0 || last_offset_ < 0 || connectivity_ == last_offset_) return;
     throw FileError(
-        fmt::format("{}: its array \"connectivity\" has {} numbers, but its offsets end "
-                    "with {}.",
+        fmt::format("{}: its array \"connectivity\" has {} numbers, but its offsets end with {}.",
                     path_, connectivity_, last_offset_));
   }
 
@@ -233,8 +232,8 @@ VtkHeader check_xml_header(const std::string& path, std::string_view text) {
   const auto type = file->attribute("type");
   if (type != "UnstructuredGrid") {
     throw FileError(
-        fmt::format("{}: holds a data set of type {}; tetrahedra come in an "
-                    "UnstructuredGrid. Convert it first.",
+        fmt::format("{}: holds a data set of type {}; tetrahedra come in an UnstructuredGrid. "
+                    "Convert it first.",
                     path, in_quotes(type.value_or(""))));
   }
   if (text.rfind("</VTKFile>") == text.npos) {
@@ -287,8 +286,8 @@ VtkHeader check_legacy_header(const std::string& path, std::string_view text) {
   constexpr std::string_view kType = "unstructured_grid";
   if (!std::equal(kType.begin(), kType.end(), type.begin(), type.end(), equal_ignoring_case)) {
     throw FileError(
-        fmt::format("{}: holds a data set of type {}; tetrahedra come in an "
-                    "UNSTRUCTURED_GRID. Convert it first.",
+        fmt::format("{}: holds a data set of type {}; tetrahedra come in an UNSTRUCTURED_GRID. "
+                    "Convert it first.",
                     path, in_quotes(type)));
   }
   const auto most = static_cast<std::int64_t>(text.size());

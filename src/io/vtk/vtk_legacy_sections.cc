@@ -53,10 +53,10 @@ class LegacySections {
       const std::size_t begin = at_;
       // VTK says what it misses at the end of a file that is cut.
       if (section(keyword) || at_ >= text_.size()) continue;
-      throw FileError(fmt::format(
-          "{}: the file cannot be read as a VTK unstructured grid: its section {} is not "
-          "known or not complete, {} bytes before the end of the file.",
-          path_, in_quotes(keyword), text_.size() - begin));
+      throw FileError(
+          fmt::format("{}: the file cannot be read as a VTK unstructured grid: its section {} is "
+                      "not known or not complete, {} bytes before the end of the file.",
+                      path_, in_quotes(keyword), text_.size() - begin));
     }
   }
 
@@ -146,10 +146,9 @@ class LegacySections {
     const std::string array = decoded(name);
     values_of_ = "array " + in_quotes(array);
     if (data_.empty() || arrays_.insert(data_ + " " + array).second) return;
-    throw FileError(
-        fmt::format("{}: the array {} of its {} is given twice, and which of both holds is "
-                    "ambiguous.",
-                    path_, in_quotes(array), data_));
+    throw FileError(fmt::format(
+        "{}: the array {} of its {} is given twice, and which of both holds is ambiguous.", path_,
+        in_quotes(array), data_));
   }
 
   bool section(const std::string& keyword) {

@@ -23,7 +23,14 @@ namespace {
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 using Modes = Eigen::Matrix<double, 6, Eigen::Dynamic>;
 
-// An eigenvalue of the restraint below this share of the largest is zero.
+// An eigenvalue of the restraint below this share of the largest is zero. The restraint is a square, so that a motion
+// counts as free whose resistance is below 3e-7 of the largest.
+//
+// free_rigid_motions() of the normal modes (solver/modes/free_modes.cc) answers another question. Here it is whether
+// the equilibrium of the body at rest is definite: distances do not hold a body, joints connect parts, and a motion that
+// is all but free has no definite amplitude. There it is which columns the eigenvalues zero belong to, at any positions and
+// with all equations: a resistance above 1e-9 of its own terms is a stiffness, however soft. A spring that is between 1e-9
+// and 3e-7 times as stiff as the others is therefore free here and a slow mode there.
 constexpr double kFree = 1e-13;
 
 // The gradients and the Hessian of all potentials, and what loads that depend on positions add to both. A
@@ -423,8 +430,7 @@ void refuse_free_motions(const MechanicalSystem& system, double time) {
   if (texts.empty()) return;
   throw InputError(
       fmt::format("There is no definite equilibrium: the body can still {}. {}Fix it with [[fix]], "
-                  "with a plane "
-                  "or line of [[constraint]], or with springs (mode = \"penalty\").{}",
+                  "with a plane or line of [[constraint]], or with springs (mode = \"penalty\").{}",
                   list_text(texts),
                   texts.size() > motions.whole.size()
                       ? "Tetrahedra that are to hold together must share a face. "

@@ -61,10 +61,9 @@ std::string thin_wall_warning(const MechanicalSystem& system) {
   if (share < kMuch) return {};
   return fmt::format(
       "{:.0f} % of the body's volume is in walls or rods that are one or two tetrahedra thick. "
-      "With mesh.volume "
-      "= \"nodal\" they are far too stiff in bending: a wall of two by about a half. Take "
-      "mesh.element = "
-      "\"quadratic\" without mesh.volume, or make the wall four tetrahedra thick or more",
+      "With mesh.volume = \"nodal\" they are far too stiff in bending: a wall of two by about a "
+      "half. Take mesh.element = \"quadratic\" without mesh.volume, or make the wall four "
+      "tetrahedra thick or more",
       100.0 * share);
 }
 

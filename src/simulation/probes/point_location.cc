@@ -210,9 +210,8 @@ double distance_to_curved_element(const Vector3& point, const std::vector<Vector
       part, least == least_of_all ? static_cast<double>(mesh.tetrahedron_id(nearest)) : none));
   throw InputError(fmt::format(
       "the point [{:.12g}, {:.12g}, {:.12g}] is outside the body, {:.6g} m from the nearest "
-      "element, "
-      "{}. Points are in the coordinates of the undeformed mesh (after mesh.scale and mesh.unit); "
-      "`tetraction mesh info` shows its bounding box.",
+      "element, {}. Points are in the coordinates of the undeformed mesh (after mesh.scale and "
+      "mesh.unit); `tetraction mesh info` shows its bounding box.",
       point.x(), point.y(), point.z(), least_of_all, id));
 }
 

@@ -159,10 +159,9 @@ ProbeSet::ProbeSet(const std::vector<ProbeSettings>& probes, const MechanicalSys
       for (const char* ending : component_endings(quantity_of(probe.quantity).shape)) {
         columns.columns.push_back(probe.name + ending);
         if (!taken.insert(columns.columns.back()).second) {
-          throw InputError(
-              fmt::format("the column {} of the probe {} exists already: give the probe "
-                          "another name.",
-                          in_quotes(columns.columns.back()), in_quotes(probe.name)));
+          throw InputError(fmt::format(
+              "the column {} of the probe {} exists already: give the probe another name.",
+              in_quotes(columns.columns.back()), in_quotes(probe.name)));
         }
       }
       impl_->places.push_back(impl_->place_of(probe));

@@ -131,8 +131,7 @@ Matrix own_targets(const FixSettings& fix, const TetMesh& mesh,
       sum_over_parts(mesh.part.get(), own) != static_cast<double>(fix.targets.size())) {
     throw InputError(
         fmt::format("{}{}targets needs select = {{ vertices = [...] }} with one target for each "
-                    "vertex, and each "
-                    "vertex named once.",
+                    "vertex, and each vertex named once.",
                     fix.where, fix.where.empty() ? "" : ": "));
   }
   std::unordered_map<std::int64_t, std::size_t> place;

@@ -90,9 +90,8 @@ SceneSection fix_section() {
       "fix",
       {select_key<S>("the vertices"),
        {{.name = "components",
-         .help =
-             "the directions that are held, each letter at most once: `\"z\"` keeps vertices in "
-             "a plane"},
+         .help = "the directions that are held, each letter at most once: `\"z\"` keeps vertices "
+                 "in a plane"},
         &S::components},
        {{.name = "target",
          .unit = "m",
@@ -111,8 +110,8 @@ SceneSection fix_section() {
         &S::targets},
        {{.name = "velocity",
          .unit = "m/s",
-         .help = "of the target, which is at its place when the run starts (or at the time of "
-                 "the event that fixes) and moves on from there",
+         .help = "of the target, which is at its place when the run starts (or at the time of the "
+                 "event that fixes) and moves on from there",
          .in_file = Written::kUnlessDefault,
          .in_echo = Written::kUnlessDefault},
         &S::velocity},
@@ -192,8 +191,7 @@ SceneSection constraint_section() {
        {{.name = "about",
          .unit = "m",
          .help = "of a turned `rigid`: a point of the axis about which it turns, when it begins to "
-                 "turn or "
-                 "its motion changes; the point moves with `velocity`",
+                 "turn or its motion changes; the point moves with `velocity`",
          .absent = "the handle's centre, see below"},
         &S::point,
         is_kind<ConstraintKind::kRigid>},
@@ -233,8 +231,8 @@ SceneSection event_section() {
        &S::at},
       {{.name = "set",
         .help = "`{ \"KEY\" = VALUE, … }` with any key of `[material]`, `[[material_region]]`, "
-                "`[time]`, `[solver]`, `[damping]`, `[environment]`, `[[fix]]`, "
-                "`[[constraint]]` and the loads, written as with `--set`: `\"time.step\" = 1e-3`, "
+                "`[time]`, `[solver]`, `[damping]`, `[environment]`, `[[fix]]`, `[[constraint]]` "
+                "and the loads, written as with `--set`: `\"time.step\" = 1e-3`, "
                 "`\"force.0.vector\" = [0, 1, 0]`, `\"constraint.0.velocity\" = [0, 0, 0]`"},
        DocumentedValue<S>{"table"}},
       {{.name = "unset",
@@ -267,17 +265,16 @@ SceneSection event_section() {
     keys.push_back({{.name = name_of(kind), .help = helps[static_cast<std::size_t>(kind)].c_str()},
                     DocumentedValue<S>{"table or list of tables"}});
   }
-  keys.insert(
-      keys.end(),
-      {{{.name = "momentum",
-         .help = "`{ select = …, value = [px, py, pz] }` sets the momentum of every selected "
-                 "vertex, in kg m/s"},
-        DocumentedValue<S>{"table or list of tables"}},
-       {{.name = "shift",
-         .help = "`{ vertices = [a, …], displacement = [[dx, dy, dz], …], impulse = [[jx, jy, "
-                 "jz], …] }` moves single vertices (m) and kicks them (N s), one entry for each; "
-                 "one of the two lists may be absent"},
-        DocumentedValue<S>{"table or list of tables"}}});
+  keys.insert(keys.end(),
+              {{{.name = "momentum",
+                 .help = "`{ select = …, value = [px, py, pz] }` sets the momentum of every "
+                         "selected vertex, in kg m/s"},
+                DocumentedValue<S>{"table or list of tables"}},
+               {{.name = "shift",
+                 .help = "`{ vertices = [a, …], displacement = [[dx, dy, dz], …], impulse = [[jx, "
+                         "jy, jz], …] }` moves single vertices (m) and kicks them (N s), one entry "
+                         "for each; one of the two lists may be absent"},
+                DocumentedValue<S>{"table or list of tables"}}});
   return make_section<S>("event", keys);
 }
 

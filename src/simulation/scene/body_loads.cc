@@ -142,10 +142,9 @@ ExternalForce make_dead_load(const ForceSettings& load, const MechanicalSystem& 
   };
   ExternalForce force = at_place(load, make);
   if (!force.vectors.allFinite()) {
-    throw InputError(
-        fmt::format("{}{}its forces are too large for double precision: check the "
-                    "magnitude and the unit.",
-                    load.where, load.where.empty() ? "" : ": "));
+    throw InputError(fmt::format(
+        "{}{}its forces are too large for double precision: check the magnitude and the unit.",
+        load.where, load.where.empty() ? "" : ": "));
   }
   force.history = make_history(load, amplitudes);
   return force;

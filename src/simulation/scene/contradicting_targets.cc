@@ -1,4 +1,4 @@
-// Events that constrain a vertex in two ways at once.
+// Events that prescribe two targets for a vertex.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -149,10 +149,10 @@ class Targets {
           const auto c = static_cast<std::size_t>(i);
           if (!fix.components[c] || !fixes_[other].components[c]) continue;
           if (std::abs(target[i] - found->second[i]) <= kSame * size) continue;
-          throw InputError(fmt::format(
-              "{}: vertex {} is fixed twice at that time, to different targets (also by {}). "
-              "Release it first with unfix, or let only one of them select it.",
-              fix.where, system_.mesh().vertex_id(v), fixes_[other].where));
+          throw InputError(
+              fmt::format("{}: vertex {} is fixed twice at that time, to different targets (also "
+                          "by {}). Release it first with unfix, or let only one of them select it.",
+                          fix.where, system_.mesh().vertex_id(v), fixes_[other].where));
         }
       }
     }
@@ -164,10 +164,8 @@ class Targets {
       if (other.vertices.count(v) == 0) continue;
       throw InputError(
           fmt::format("{}: vertex {} is held or guided already at that time, by {}. The vertices "
-                      "of a rigid handle cannot "
-                      "be constrained in another way: release them first with unfix or "
-                      "remove_constraint, or let only one of "
-                      "them select it.",
+                      "of a rigid handle cannot be constrained in another way: release them first "
+                      "with unfix or remove_constraint, or let only one of them select it.",
                       where, system_.mesh().vertex_id(v), other.where));
     }
   }

@@ -20,16 +20,14 @@ std::string times_conflict(const ForceSettings& load) {
 std::string total_conflict(const ForceSettings& force) {
   return force.total && !force.vector.isZero(0.0)
              ? "is one key too many: vector and total are both given. A vector is the force on "
-               "each "
-               "selected vertex, a total the sum of all. Leave one of the two out."
+               "each selected vertex, a total the sum of all. Leave one of the two out."
              : "";
 }
 
 std::string share_conflict(const ForceSettings& force) {
   return !force.total && force.share != LoadShare::kAuto
              ? "has no effect beside vector, which is the force on each vertex: leave it out, or "
-               "give "
-               "total."
+               "give total."
              : "";
 }
 
@@ -126,11 +124,10 @@ SceneSection amplitude_section() {
                       ValueKind<decltype(s.points)>::read(node, range, refuse, s.points);
                     }}},
        {{.name = "file",
-         .help =
-             "a text file with two columns, time in s and factor, instead of `points`; a relative "
-             "path starts at the scene's folder; decimal points, and commas, semicolons, spaces or "
-             "tabs between them; a first line with names, and lines that "
-             "begin with #, are left out"},
+         .help = "a text file with two columns, time in s and factor, instead of `points`; a "
+                 "relative path starts at the scene's folder; decimal points, and commas, "
+                 "semicolons, spaces or tabs between them; a first line with names, and lines that "
+                 "begin with #, are left out"},
         OwnValue<S>{
             "text",
             [](const S& s) { return s.kind == AmplitudeKind::kFile ? Json(s.file) : Json(); },
@@ -139,13 +136,12 @@ SceneSection amplitude_section() {
               ValueKind<std::string>::read(node, range, refuse, s.file);
             }}},
        {{.name = "sine",
-         .help =
-             "`{ frequency = f, phase = φ, offset = b }`, in Hz and rad: b + sin(2πft + φ); phase "
-             "and offset are 0 unless given"},
+         .help = "`{ frequency = f, phase = φ, offset = b }`, in Hz and rad: b + sin(2πft + φ); "
+                 "phase and offset are 0 unless given"},
         of_kind<AmplitudeKind::kSine>()},
        {{.name = "smooth_step",
-         .help = "`{ from = t₀, until = t₁ }`, in s: 0 before, 1 after, and between them "
-                 "s³(10 − 15s + 6s²) with s = (t − t₀)/(t₁ − t₀)"},
+         .help = "`{ from = t₀, until = t₁ }`, in s: 0 before, 1 after, and between them s³(10 − "
+                 "15s + 6s²) with s = (t − t₀)/(t₁ − t₀)"},
         of_kind<AmplitudeKind::kSmoothStep>()}});
 }
 
@@ -229,15 +225,16 @@ SceneSection pressure_section() {
 SceneSection body_force_section() {
   return load_section(
       LoadKind::kBodyForce,
-      with_times({select_key<Load>("tetrahedra"),
-                  {{.name = "vector",
-                    .unit = "N/m³",
-                    .help = "the force for each volume at rest; either this or `acceleration` "
-                            "must be given"},
-                   &Load::vector,
-                   {.needed = needed_body_force, .written = has_vector}},
-                  {{.name = "acceleration", .unit = "m/s²", .help = "the force for each mass"},
-                   &Load::acceleration}}),
+      with_times(
+          {select_key<Load>("tetrahedra"),
+           {{.name = "vector",
+             .unit = "N/m³",
+             .help =
+                 "the force for each volume at rest; either this or `acceleration` must be given"},
+            &Load::vector,
+            {.needed = needed_body_force, .written = has_vector}},
+           {{.name = "acceleration", .unit = "m/s²", .help = "the force for each mass"},
+            &Load::acceleration}}),
       {{{"from", "until"}, times_conflict}, {{"vector", "acceleration"}, acceleration_conflict}});
 }
 

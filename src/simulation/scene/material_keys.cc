@@ -83,8 +83,8 @@ std::vector<Key<MaterialSettings>> material_table() {
   }
   keys.push_back(
       {{.name = "volumetric",
-        .help = "the volumetric part U(J) of `neo-hookean` and `mooney-rivlin`: "
-                "λ/2 (ln J)² or λ/2 (J − 1)²",
+        .help = "the volumetric part U(J) of `neo-hookean` and `mooney-rivlin`: λ/2 (ln J)² or λ/2 "
+                "(J − 1)²",
         .absent = "`\"log\"`"},
        Choice<S>{
            {to_string(VolumetricPart::kLogarithmic), to_string(VolumetricPart::kQuadratic)},
@@ -133,10 +133,9 @@ SceneSection material_region_section() {
   using S = MaterialRegionSettings;
   SceneSection section = make_section<S>(
       "material_region",
-      {select_key<S>(
-          "the tetrahedra: of a group that consists of tetrahedra its own; of a `box` or `sphere` "
-          "those with their centroid in it; of anything else those with all four vertices "
-          "selected. All keys of `[material]` can stand beside it")});
+      {select_key<S>("the tetrahedra: of a group that consists of tetrahedra its own; of a `box` "
+                     "or `sphere` those with their centroid in it; of anything else those with all "
+                     "four vertices selected. All keys of `[material]` can stand beside it")});
   section.beside = section_of<MaterialSettings>;
   section.settings_beside = [](void* settings) -> void* {
     return &static_cast<S*>(settings)->material;

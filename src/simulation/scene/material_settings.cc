@@ -119,10 +119,9 @@ void require(const MaterialSettings& s, const std::vector<MaterialParameter>& ne
     };
     for (const std::string& name : names) {
       if (!is_behind(name)) continue;
-      throw InputError(
-          fmt::format("material.{}: {} has {} entries without it, and 1 to {} are allowed "
-                      "without a gap.",
-                      name, list.name, count, list.most_entries));
+      throw InputError(fmt::format(
+          "material.{}: {} has {} entries without it, and 1 to {} are allowed without a gap.", name,
+          list.name, count, list.most_entries));
     }
   }
 }
@@ -249,17 +248,16 @@ class ElementNumbers {
     }
     const double value = values(0, e);
     if (std::isnan(value)) {
-      throw InputError(fmt::format(
-          "material.{}: the cell array {} {}has no value at tetrahedron {} (the file gives none or "
-          "NaN); it must have one at each.",
-          parameter.name, in_quotes(array), of_mesh(), mesh_.tetrahedron_id(e)));
+      throw InputError(
+          fmt::format("material.{}: the cell array {} {}has no value at tetrahedron {} (the file "
+                      "gives none or NaN); it must have one at each.",
+                      parameter.name, in_quotes(array), of_mesh(), mesh_.tetrahedron_id(e)));
     }
     const std::string refusal = parameter.range.refusal(value);
     if (!refusal.empty()) {
       throw InputError(fmt::format(
-          "material.{}: the cell array {} {}has the value {} at "
-          "tetrahedron {}{}",
-          parameter.name, in_quotes(array), of_mesh(), value, mesh_.tetrahedron_id(e), refusal));
+          "material.{}: the cell array {} {}has the value {} at tetrahedron {}{}", parameter.name,
+          in_quotes(array), of_mesh(), value, mesh_.tetrahedron_id(e), refusal));
     }
     return value;
   }

@@ -53,8 +53,7 @@ std::string two_meshes_conflict(const MeshSettings& mesh) {
 std::string volume_conflict(const MeshSettings& mesh) {
   if (!mesh.quadratic || mesh.volume != VolumeRule::kNodal) return {};
   return "= \"nodal\" is for linear tetrahedra, and mesh.element is \"quadratic\": leave one of "
-         "the "
-         "two out. Quadratic tetrahedra do not need it.";
+         "the two out. Quadratic tetrahedra do not need it.";
 }
 
 std::string scale_conflict(const MeshSettings& mesh) {
@@ -76,9 +75,8 @@ SceneSection mesh_section() {
   SceneSection section = make_section<S>(
       "mesh",
       {{{.name = "file",
-         .help =
-             "a tetrahedral mesh; a relative path starts at the scene's folder. `.vtu`, `.vtk`, "
-             "`.msh` (Gmsh 1, 2 and 4.1), `.node` or `.ele` (TetGen), `.veg` (Vega)"},
+         .help = "a tetrahedral mesh; a relative path starts at the scene's folder. `.vtu`, "
+                 "`.vtk`, `.msh` (Gmsh 1, 2 and 4.1), `.node` or `.ele` (TetGen), `.veg` (Vega)"},
         &S::file,
         {.written = [](const S& s) { return !s.generate; }}},
        {{.name = "generate", .help = "a mesh made on the spot, see below"},
@@ -87,15 +85,14 @@ SceneSection mesh_section() {
                       [](S& s) -> void* { return &s.generate.emplace(); }},
         {.unit = [](const S&) { return "m"; }}},
        {{.name = "scale",
-         .help = "multiplies the file's coordinates (0.001 for a mesh in millimetres); for files "
-                 "only",
+         .help =
+             "multiplies the file's coordinates (0.001 for a mesh in millimetres); for files only",
          .range = kModeratePositive,
          .in_file = Written::kUnlessDefault},
         &S::scale},
        {{.name = "element",
-         .help =
-             "four-node or ten-node tetrahedra. A linear mesh gets vertices in the middles of its "
-             "edges ([see below](#quadratic-tetrahedra))",
+         .help = "four-node or ten-node tetrahedra. A linear mesh gets vertices in the middles of "
+                 "its edges ([see below](#quadratic-tetrahedra))",
          .in_file = Written::kUnlessDefault,
          .in_echo = Written::kUnlessDefault},
         Choice<S>{{kLinear, kQuadratic},
@@ -108,8 +105,8 @@ SceneSection mesh_section() {
         Choice<S>{length_unit_names(), &S::unit}},
        {{.name = "volume",
          .help = "where the volumetric part of the energy is taken: in each tetrahedron, or with "
-                 "averages at the vertices, which do not lock where ν is near ½ "
-                 "([see below](#nearly-incompressible-materials))",
+                 "averages at the vertices, which do not lock where ν is near ½ ([see "
+                 "below](#nearly-incompressible-materials))",
          .in_file = Written::kUnlessDefault,
          .in_echo = Written::kUnlessDefault},
         &S::volume}},
@@ -119,8 +116,8 @@ SceneSection mesh_section() {
        {{"scale"}, scale_conflict},
        {{"unit"}, length_unit_conflict}});
   section.needed =
-      "under [mesh], give file = \"…\" or generate = { kind = \"box\", size = [1, 1, 1], "
-      "cells = [4, 4, 4] }.";
+      "under [mesh], give file = \"…\" or generate = { kind = \"box\", size = [1, 1, 1], cells = "
+      "[4, 4, 4] }.";
   return section;
 }
 

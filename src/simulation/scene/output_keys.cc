@@ -59,8 +59,7 @@ SceneSection output_section() {
       "output",
       {{{.name = "directory",
          .help = "where results go, a folder below the working directory. `--out`, which may name "
-                 "any other, goes "
-                 "before it"},
+                 "any other, goes before it"},
         &S::directory},
        {{.name = "every",
          .help = "a frame each so many steps, and always the first and the last",

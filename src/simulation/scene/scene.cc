@@ -32,8 +32,7 @@ std::string solver_conflict(const SolverSettings& settings) {
   if (settings.kind != "ceres" || settings.linear == LinearSolver::kAuto) return {};
   return fmt::format(
       "= \"{}\" has no effect with solver.kind = \"ceres\", which solves every linear system with "
-      "a "
-      "new Cholesky factor. Take solver.kind = \"newton\", or leave linear out.",
+      "a new Cholesky factor. Take solver.kind = \"newton\", or leave linear out.",
       to_string(settings.linear));
 }
 

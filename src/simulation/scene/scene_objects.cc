@@ -207,10 +207,9 @@ std::vector<Index> check_shift(const ShiftSettings& shift, const TetMesh& mesh) 
   const std::size_t count = shift.vertices.size();
   for (const auto* list : {&shift.displacement, &shift.impulse}) {
     if (!list->empty() && list->size() != count) {
-      refuse(
-          fmt::format("displacement and impulse need one entry for each of the {} vertices, or "
-                      "none at all.",
-                      count));
+      refuse(fmt::format(
+          "displacement and impulse need one entry for each of the {} vertices, or none at all.",
+          count));
     }
     for (const Vector3& value : *list) {
       if (!value.allFinite()) refuse("displacement and impulse must be finite.");
@@ -235,10 +234,10 @@ void check_solver(Integrator integrator, const SolverSettings& solver,
   check_settings(solver);
   if (!is_implicit(integrator)) return;
   if (needs_root_finder(integrator) && solver.kind != "newton") {
-    throw InputError(fmt::format(
-        "solver.kind = \"{}\" minimises, but a step of integrator = \"{}\" is no minimisation: "
-        "take solver.kind = \"newton\", or integrator = \"midpoint\".",
-        solver.kind, to_string(integrator)));
+    throw InputError(
+        fmt::format("solver.kind = \"{}\" minimises, but a step of integrator = \"{}\" is no "
+                    "minimisation: take solver.kind = \"newton\", or integrator = \"midpoint\".",
+                    solver.kind, to_string(integrator)));
   }
   if (solver.kind == "ceres") check_ceres(system);
 }
@@ -275,12 +274,11 @@ std::unique_ptr<Stepper> make_stepper(Integrator integrator, const SolverSetting
   constexpr Index kMostEquations = 1000;
   const Index equations = system.constraints().equation_count();
   if (is_implicit(integrator) && equations > kMostEquations) {
-    throw InputError(fmt::format(
-        "The distances and rigid handles have {} equations together, but implicit steps take {} at "
-        "most: take integrator = \"verlet\" or \"explicit\", or one constraint of kind \"rigid\" "
-        "for "
-        "vertices that keep all their distances.",
-        equations, kMostEquations));
+    throw InputError(
+        fmt::format("The distances and rigid handles have {} equations together, but implicit "
+                    "steps take {} at most: take integrator = \"verlet\" or \"explicit\", or one "
+                    "constraint of kind \"rigid\" for vertices that keep all their distances.",
+                    equations, kMostEquations));
   }
   check_solver(integrator, solver, system);
   std::shared_ptr<Minimizer> minimizer;

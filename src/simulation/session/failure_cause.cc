@@ -193,9 +193,8 @@ std::string remedy_for(const RunData& run, const StepFailure& failure, const Ste
     case FailureCause::kSpeed:
       return fmt::format(
           "A vertex moves at {:.3g} m/s relative to the body, and pressure waves in its material "
-          "at "
-          "{:.3g} m/s: no size of the steps helps. Check the velocities at the start, impulses and "
-          "prescribed motion, and their units.",
+          "at {:.3g} m/s: no size of the steps helps. Check the velocities at the start, impulses "
+          "and prescribed motion, and their units.",
           fastest(system, state.momentum), wave_speed(system));
     case FailureCause::kStiffnessContrast: {
       const Moduli moduli = moduli_of(system);
@@ -218,8 +217,7 @@ std::string remedy_for(const RunData& run, const StepFailure& failure, const Ste
     case FailureCause::kTolerance:
       return fmt::format(
           "solver.tolerance = {:.3g} is below the round-off of the forces: the step came as near "
-          "as "
-          "double precision allows. Take solver.tolerance = {:.1g} or larger.",
+          "as double precision allows. Take solver.tolerance = {:.1g} or larger.",
           solver.tolerance,
           2.0 * outcome.minimizer.residual / outcome.minimizer.asked_limit * solver.tolerance);
     case FailureCause::kIterations: {
@@ -239,9 +237,8 @@ std::string remedy_for(const RunData& run, const StepFailure& failure, const Ste
     case FailureCause::kSolver:
       return fmt::format(
           "The step of {:.4g} s is below the explicit stability limit of {:.4g} s, so that its "
-          "size "
-          "is hardly the cause. Check loads, materials, prescribed motion and the quality of the "
-          "mesh (tetraction check), or take another solver.kind.",
+          "size is hardly the cause. Check loads, materials, prescribed motion and the quality of "
+          "the mesh (tetraction check), or take another solver.kind.",
           h, failure.stable_step);
     case FailureCause::kStepAboveLimit:
     case FailureCause::kStepTooLarge:

@@ -61,13 +61,11 @@ void InversionWatch::update(RunData& run, const double* energy_after_step) {
                                                   counter_->first(run.state().position)))
                                             : std::numeric_limits<double>::infinity()));
   inverted.first_time = run.state().time;
-  progress.warnings.push_back(
-      fmt::format("element {} is turned inside out (J < 0) at t = {:.6g} s, which its material "
-                  "does not resist: "
-                  "from there on the result is no deformation of a body. history.csv counts such "
-                  "elements. Take "
-                  "neo-hookean, a smaller time.step or a finer mesh, or check the loads.",
-                  inverted.first, inverted.first_time));
+  progress.warnings.push_back(fmt::format(
+      "element {} is turned inside out (J < 0) at t = {:.6g} s, which its material does not "
+      "resist: from there on the result is no deformation of a body. history.csv counts such "
+      "elements. Take neo-hookean, a smaller time.step or a finer mesh, or check the loads.",
+      inverted.first, inverted.first_time));
 }
 
 bool may_invert(const Scene& scene, const MechanicalSystem& system) {

@@ -27,7 +27,7 @@ constexpr double kSmooth = 0.6;
 // A vibration counts as flutter if it grows by more than this, relative to itself, in a radian. Modes that have nearly the same
 // frequency are coupled by an asymmetric mesh alone, and the slightest damping stops what grows more slowly.
 constexpr double kSlowGrowth = 1e-3;
-// So many attempts in a row may end before solvers search for long.
+// Number of attempts in a row that may fail before solvers search for long.
 constexpr int kQuickEnds = 3;
 // So many times a stable equilibrium is looked for where the path of Newton's method has become unstable or
 // ends. Each search may be as long as the whole path.
@@ -149,7 +149,7 @@ StepOutcome LoadStepping::advance(const State& from, State& to) {
     const bool is_smooth = last_move > 0.0 && move < kSmooth * last_move;
     const bool jumped = outcome.ok() && rate_ > 0.0 && rate > kJump * rate_ && !is_smooth;
     last_move = move;
-    // If multipliers or loads did not settle, the minimisations on the way tell nothing.
+    // If multipliers or loads did not settle, the minimisations before tell nothing.
     const bool telling = outcome.ok() || !report.converged();
     unstable = unstable || (report.met_negative_curvature && telling) || jumped;
     if (outcome.ok() && !jumped && !path_.loss) loss = instability(to);
@@ -293,10 +293,8 @@ std::string round_off_text(const LoadPath& path) {
   if (path.force == 0.0 || path.residual <= kMuch * path.force) return {};
   return fmt::format(
       "round-off: the forces of the equilibrium balance each other to {:.1g} of their size only, "
-      "and "
-      "reactions are no more accurate. The loads are very small for the stiffness of the body: "
-      "make "
-      "them larger, or the body softer or larger",
+      "and reactions are no more accurate. The loads are very small for the stiffness of the body: "
+      "make them larger, or the body softer or larger",
       path.residual / path.force);
 }
 

@@ -43,8 +43,8 @@ std::string step_warning(const RunData& run, const StabilityLimit& limit) {
     why = " (the damping counts: the stronger, the lower the limit)";
   }
   return fmt::format(
-      "the step {:.4g} s is above the stability limit h_crit = {:.4g} s of the {} rule{}: "
-      "the run will blow up. Take a smaller time.step, \"auto\", or an implicit integrator.",
+      "the step {:.4g} s is above the stability limit h_crit = {:.4g} s of the {} rule{}: the run "
+      "will blow up. Take a smaller time.step, \"auto\", or an implicit integrator.",
       step, limit.critical_step, to_string(rule), why);
 }
 
@@ -183,11 +183,9 @@ std::string inverted_corner_warning(const MechanicalSystem& system, const Vector
   const InvertedAtNodes inverted = inverted_at_nodes(system.rest(), position);
   if (inverted.count == 0) return {};
   return fmt::format(
-      "at the end {} of the quadratic elements {} turned inside out (J < 0) at a node, "
-      "the first is "
-      "element {}. Materials see J at the points of quadrature only, where it is "
-      "positive. Stresses "
-      "around there are not reliable: take a finer mesh there.",
+      "at the end {} of the quadratic elements {} turned inside out (J < 0) at a node, the first "
+      "is element {}. Materials see J at the points of quadrature only, where it is positive. "
+      "Stresses around there are not reliable: take a finer mesh there.",
       inverted.count, inverted.count == 1 ? "is" : "are",
       system.mesh().tetrahedron_id(inverted.first));
 }

@@ -84,8 +84,7 @@ void AdaptiveSteps::warn_of_smaller_steps() {
   std::string warning = fmt::format(
       "time.min_step = {:.4g} s is above {} of the stability limit of {}, or came to be so: the "
       "steps are smaller there, because longer ones would blow up. Take a smaller time.min_step, "
-      "or "
-      "an implicit integrator.",
+      "or an implicit integrator.",
       *time().min_step, kStableShare, to_string(time().integrator));
   std::vector<std::string>& warnings = run_.progress.warnings;
   if (std::ranges::find(warnings, warning) == warnings.end()) {
@@ -111,8 +110,7 @@ StepSpan AdaptiveSteps::span_of(double length, double landing) const {
 
 std::string AdaptiveSteps::unresolved_warning(double share, const char* smaller) const {
   return fmt::format(
-      "the energy error reached {:.3g} % of the energy that entered: the steps, down to {:.4g} "
-      "s, "
+      "the energy error reached {:.3g} % of the energy that entered: the steps, down to {:.4g} s, "
       "do not resolve the motion. Take a smaller {}{}.",
       100.0 * share, run_.progress.steps.smallest, smaller, other_rule());
 }

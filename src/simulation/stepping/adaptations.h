@@ -1,4 +1,4 @@
-// The ways of adapting steps (time.adapt).
+// The methods that adapt steps (time.adapt).
 #pragma once
 
 #include <memory>

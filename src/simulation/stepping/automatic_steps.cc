@@ -41,8 +41,8 @@ class AutomaticSteps final : public StepStrategy {
   std::string energy_warning(double share) const override {
     return fmt::format(
         "the energy error reached {:.3g} % of the energy that entered: time.step = \"auto\" keeps "
-        "steps stable, but they do not resolve the motion. Give time.step in seconds, below "
-        "{:.4g} s.",
+        "steps stable, but they do not resolve the motion. Give time.step in seconds, below {:.4g} "
+        "s.",
         100.0 * share, run_.progress.steps.smallest);
   }
   void renew(const StabilityLimit& limit, CriticalModes modes) override;
@@ -80,11 +80,10 @@ std::optional<StepCollapse> AutomaticSteps::follow_limit() {
   if (!automatic().is_due(run_.state().step)) return std::nullopt;
   const double step = enter_estimate(run_);
   if (!(step > kShortest * run_.progress.first_time_step)) {
-    return StepCollapse{
-        fmt::format("stability would need steps of {:.3g} s, less than a millionth of the first "
-                    "one: the body is crushed or torn",
-                    step),
-        critical_element(*run_.system, automatic().modes())};
+    return StepCollapse{fmt::format("stability would need steps of {:.3g} s, less than a millionth "
+                                    "of the first one: the body is crushed or torn",
+                                    step),
+                        critical_element(*run_.system, automatic().modes())};
   }
   if (step != plan().time_step) set_time_step(run_, step);
   return std::nullopt;
@@ -99,8 +98,7 @@ AutomaticSteps::Attempt AutomaticSteps::attempt_step(double most_energy_share) {
     if (!(made.energy_share <= most_energy_share)) {
       outcome.status = StepStatus::kNotFinite;
       outcome.message = fmt::format(
-          "the integrator changes the energy by {:.3g} J, {:.3g} % of what "
-          "entered, in one step",
+          "the integrator changes the energy by {:.3g} J, {:.3g} % of what entered, in one step",
           change, 100.0 * made.energy_share);
       return;
     }

@@ -188,9 +188,8 @@ StepOutcome StepsByEnergy::advance() {
 
 std::string energy_report(const StepControl& control, const TimeSettings& /*time*/) {
   return fmt::format(
-      "the discrete energy is kept, but for {} steps without a solution; {} "
-      "attempts failed. energy_error is the one between the ends of steps, which stays bounded "
-      "but is not zero",
+      "the discrete energy is kept, but for {} steps without a solution; {} attempts failed. "
+      "energy_error is the one between the ends of steps, which stays bounded but is not zero",
       control.without_solution, control.failed);
 }
 

@@ -177,6 +177,7 @@ struct ForcesOfState {
 FreeModes free_rigid_motions(const MechanicalSystem& system, const Vector& q,
                              const NormalModeOptions& options, const ScaledStiffness& stiffness,
                              const LinearisedEquations& equations, bool under_loads) {
+  // These are no tolerances of find_free_motions() (simulation/facts/free_motions.cc), where it is said why.
   constexpr double kAllowed = 1e-11;
   constexpr double kResisted = 1e-9;
   constexpr std::size_t kMostParts = 32;

@@ -28,11 +28,11 @@ class LineSearch {
     bool elements_are_safe = false;  ///< no element can be inverted along it
     double residual_limit = 0.0;     ///< a residual that small ends the search, N
     TurningPath* path =
-        nullptr;  ///< for a curved way where the longest straight step fails; null: none
+        nullptr;  ///< for a curved path where the longest straight step fails; null: none
   };
   /// Moves `iterate` to the first trial point that lowers Φ (Armijo 1966, with 1e-4) or halves the
   /// residual. If the decrease of Φ is below its round-off, a residual that falls by a tenth is
-  /// enough. If the longest step fails, points of the curved way are tried before shorter steps, unless round-off
+  /// enough. If the longest step fails, points of the curved path are tried before shorter steps, unless round-off
   /// hides the decrease. Returns false and leaves `iterate` unchanged if the direction does not descend or no
   /// trial point is good enough.
   bool search(const MinimizationProblem& problem, const Line& line, Iterate& iterate);
@@ -57,7 +57,7 @@ class LineSearch {
 /// curvilinear searches of Moré & Sorensen 1979). Returns false and leaves `iterate` unchanged if no
 /// such t lowers Φ by more than its round-off.
 ///
-/// With a path the way is curved. It begins where the largest rotation or strain on it is of the order of one.
+/// A path is curved. It begins where the largest rotation or strain on it is of the order of one.
 bool follow(const MinimizationProblem& problem, const NegativeCurvature& descent, Iterate& iterate,
             TurningPath* path = nullptr);
 

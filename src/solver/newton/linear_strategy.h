@@ -21,7 +21,7 @@ struct NewtonSystem {
 struct NewtonDirection {
   Vector d;  ///< 3 per vertex
   NegativeCurvature
-      curvature;         ///< a direction that the solver met on its way; mostly there is none
+      curvature;         ///< a direction that the solver found; usually there is none
   bool is_safe = false;  ///< whether it is known that no element is inverted on the way along d
   bool is_definite =
       false;  ///< whether ∇²Φ(x) itself was factorised, so that it is positive definite

@@ -1,4 +1,4 @@
-// Curved ways along which the parts of a body turn without being stretched.
+// Curved paths along which the parts of a body turn without being stretched.
 #pragma once
 
 #include <memory>
@@ -8,9 +8,9 @@
 
 namespace tetraction {
 
-/// A straight way x + t d stretches what turns along it by ½(tω)², with the rotation tω. A slender body resists
-/// this far more than it resists bending, so that the potential rises after a small part of the way to its
-/// minimum. On the curved way u(t) = t d + O(t²) the deformation gradient F of each point becomes as nearly as possible
+/// A straight path x + t d stretches what turns along it by ½(tω)², with the rotation tω. A slender body resists
+/// this far more than it resists bending, so that the potential rises after a small part of the distance to its
+/// minimum. On the curved path u(t) = t d + O(t²) the deformation gradient F of each point becomes as nearly as possible
 ///
 ///     exp(t skw L) (I + t sym L) F,   L = ∇d F⁻¹,
 ///
