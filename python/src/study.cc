@@ -15,6 +15,8 @@
 
 #include "interpreter.h"
 #include "interruptible.h"
+#include "io/stored_study/study_reader.h"
+#include "io/study/study_answer.h"
 #include "io/study/study_maker.h"
 #include "io/study/study_page.h"
 #include "io/study/study_row_json.h"
@@ -53,10 +55,18 @@ struct Functions {
 struct StudyEnd {
   StudyPlan plan;
   std::vector<PlannedTime> times;  // of a plan that is not to be made
-  std::string json;
-  std::string csv;
+  std::map<std::string, std::string> texts;
   std::vector<double> custom_errors;
 };
+
+// What the class Study shows.
+std::map<std::string, std::string> texts_of(const StudyResult& result, std::string json,
+                                            const StudyProvenance& provenance) {
+  return {{"json", std::move(json)},
+          {"csv", study_csv(result, provenance)},
+          {"answer", answer_text(result)},
+          {"html", answer_html(result, study_answer(result), "")}};
+}
 
 py::array_t<double> table_of(const double* numbers, std::size_t rows, std::size_t columns) {
   return py::array_t<double>({static_cast<py::ssize_t>(rows), static_cast<py::ssize_t>(columns)},
@@ -153,8 +163,7 @@ StudyEnd make_study(const StudyInputs& inputs, bool has_frames, const Functions&
   }
   const StudyResult result = maker.make(frames);
   const StudyProvenance provenance = maker.provenance("");
-  end.json = study_json(result, inputs.name, provenance);
-  end.csv = study_csv(result, provenance);
+  end.texts = texts_of(result, study_json(result, inputs.name, provenance), provenance);
   if (!inputs.directory.empty()) {
     // The plots would be those of other runs.
     for (const std::string& plot : maker.old_plots()) remove_output(plot);
@@ -220,8 +229,8 @@ py::list lines_of(const StudyEnd& end) {
 }  // namespace
 
 void define_study(py::module_& m) {
-  // `read` makes the scene with a list of overrides. Returns the rows of the plan, or the texts of study.json and
-  // study.csv with the values of the function custom_error.
+  // `read` makes the scene with a list of overrides. Returns the rows of the plan, or texts_of() the result and the
+  // values of the function custom_error.
   m.def(
       "study",
       [](const py::function& read, const std::optional<TetMesh>& given, const py::dict& arguments) {
@@ -238,9 +247,20 @@ void define_study(py::module_& m) {
           end = make_study(inputs, has_frames, functions, caller);
         });
         return inputs.options.plan ? py::object(lines_of(end))
-                                   : py::make_tuple(end.json, end.csv, end.custom_errors);
+                                   : py::make_tuple(end.texts, end.custom_errors);
       },
       "read"_a, "mesh"_a, "arguments"_a);
+  m.def(
+      "read_study",
+      [](const std::string& directory) {
+        try {
+          StoredStudy stored = read_stored_study(directory);
+          return texts_of(stored.result, std::move(stored.text), stored.provenance);
+        } catch (const FileError& error) {
+          throw InputError(error.what());
+        }
+      },
+      "directory"_a);
 }
 
 }  // namespace tetraction::python

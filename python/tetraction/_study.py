@@ -84,7 +84,7 @@ class Study:
         One row for each run: integrator, step, status, position_error and all other columns of study.csv
         (docs/outputs.md), and custom_error if the study had an error function.
     answer : str
-        For each rule the cheapest run that meets an error, and the first sentence on each topic.
+        What the command prints: for each rule the cheapest run that meets an error, and what follows from it.
     conclusions : list of str
         What follows from the numbers.
     searched : list of dict
@@ -97,14 +97,16 @@ class Study:
         Where its files are.
     """
 
-    def __init__(self, data: dict[str, Any], csv_text: str, directory: str | None,
-                 custom_errors: Sequence[float] = ()) -> None:  # fmt: skip
-        self.data = data
+    def __init__(self, texts: dict[str, str], directory: str | None, custom_errors: Sequence[float] = ()) -> None:
+        self.data: dict[str, Any] = json.loads(texts["json"])
+        self.answer = texts["answer"]
         self.directory = directory
-        self.conclusions: list[str] = [s for entry in data.get("conclusions", []) for s in entry["sentences"]]
+        self._table = texts["html"]
+        data = self.data
+        self.conclusions: list[str] = [s for entry in data["conclusions"] for s in entry["sentences"]]
         self.searched: list[dict[str, Any]] = data.get("searched", [])
-        self.stable_step: float | None = data.get("stable_step")
-        columns = _columns(csv_text)
+        self.stable_step: float | None = data["stable_step"]
+        columns = _columns(texts["csv"])
         if len(custom_errors):
             columns["custom_error"] = np.array(custom_errors)
         self.array = _structured(columns)
@@ -113,14 +115,6 @@ class Study:
     def table(self) -> NDArray[Any]:
         """The same as `array`."""
         return self.array
-
-    @property
-    def answer(self) -> str:
-        head, rows = _answer_table(self.data)
-        widths = [max(len(row[i]) for row in (head, *rows)) for i in range(len(head))]
-        lines = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths)).rstrip()
-                 for row in (head, *rows)]  # fmt: skip
-        return "\n".join([*(lines if rows else []), "", *self._sentences()]).strip() + "\n"
 
     def to_pandas(self) -> Any:
         """The rows of `array` as a DataFrame of pandas. Raises ImportError if pandas is not installed."""
@@ -138,12 +132,8 @@ class Study:
         return f"<Study of {len(self.array)} runs>"
 
     def _repr_html_(self) -> str:
-        head, rows = _answer_table(self.data)
-        return (_html_table(head, rows) if rows else "") + "".join(
-            f"<p>{html.escape(sentence)}</p>" for sentence in self._sentences())  # fmt: skip
-
-    def _sentences(self) -> list[str]:
-        return [entry["sentences"][0] for entry in self.data.get("conclusions", []) if entry["sentences"]]
+        sentences = (entry["sentences"][0] for entry in self.data["conclusions"] if entry["sentences"])
+        return self._table + "".join(f"<p>{html.escape(sentence)}</p>" for sentence in sentences)
 
     def __getattr__(self, name: str) -> Callable[..., Any]:
         function = _plots().get(name) if name.startswith("plot_") else None
@@ -193,7 +183,7 @@ class Study:
         """Draws the plots of ``tetraction study`` into its directory, as PNG, SVG and PDF files."""
         if self.directory is None:
             raise _core.InputError("The study has no directory: give `out`, since plots need its runs.")
-        script = os.path.join(os.path.dirname(__file__), "_plot_study.py")
+        script = os.path.join(os.path.dirname(__file__), "_study_plots")
         subprocess.run([sys.executable, script, self.directory], check=True)
 
 
@@ -309,45 +299,19 @@ def study(scene: _scene.Scene | _Path, integrators: Sequence[str] = (), steps: _
         made = _core.study(read, core_mesh, arguments)
     if plan:
         return _structured({name: np.array([line[name] for line in made]) for name in made[0]})
-    data, csv_text, custom_errors = json.loads(made[0]), made[1], made[2]
+    result = Study(made[0], out, made[1])
     if live:
-        live.finish(data)
-    return Study(data, csv_text, out, custom_errors)
+        live.finish(result.data)
+    return result
 
 
 def read_study(directory: _Path) -> Study:
     """Reads the result of ``tetraction study`` or :func:`study` from its directory.
 
-    Raises InputError if there is no study, if it has not ended, or if its files are damaged.
+    Raises InputError if there is no study, if it has not ended, or if its study.json is damaged.
     """
     directory = os.fspath(directory)
-    try:
-        data = json.loads(_file_of_study(directory, "study.json"))
-        runs = data["runs"]
-        if not runs and "message" in data:
-            raise _core.InputError(f"{directory}: {data['message']} Make it again: what is complete is kept.")
-        csv_text = _file_of_study(directory, "study.csv")
-        columns = _columns(csv_text)
-        is_same = all(
-            run["integrator"] == integrator and float(run["step"]) == step
-            for run, integrator, step in zip(runs, columns["integrator"], columns["step"], strict=True))
-        if not is_same:
-            raise ValueError("they have different runs")
-        return Study(data, csv_text, directory)
-    except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
-        raise _core.InputError(f"{directory}: study.json or study.csv is damaged, or not that of a study ({error}). "
-                               "Make the study again.") from None  # fmt: skip
-
-
-def _file_of_study(directory: str, name: str) -> str:
-    try:
-        with open(os.path.join(directory, name), encoding="utf-8", newline="") as file:
-            return file.read()
-    except FileNotFoundError:
-        raise _core.InputError(f"{directory}: there is no study, because {name} is missing. Give the directory that a "
-                               "study has written to.") from None  # fmt: skip
-    except OSError as error:
-        raise _core.InputError(f"{directory}/{name}: cannot be read ({error.strerror}).") from None
+    return Study(_core.read_study(directory), directory)
 
 
 class _LiveTable:
@@ -421,9 +385,7 @@ def _custom_error(function: _ErrorFunction) -> Callable[[dict[str, Any], dict[st
 
 def _columns(text: str) -> dict[str, NDArray[Any]]:
     """The columns of study.csv. Those of numbers are float64; empty is NaN."""
-    head, *rows = list(csv.reader(io.StringIO(text, newline=""))) or [[]]
-    if any(len(row) != len(head) for row in rows):
-        raise ValueError("a row of study.csv is not complete")
+    head, *rows = csv.reader(io.StringIO(text, newline=""))
     columns: dict[str, NDArray[Any]] = {}
     for i, name in enumerate(head):
         values = [row[i] for row in rows]
@@ -442,42 +404,18 @@ def _structured(columns: dict[str, NDArray[Any]]) -> NDArray[Any]:
 
 def _plot_module() -> Any:
     """The module of the plots. Raises ImportError without matplotlib."""
-    from . import _plot_study
+    from ._study_plots import plots
 
-    return _plot_study
+    return plots
 
 
 def _plots() -> dict[str, Callable[..., Any]]:
     """The functions of all plots by the names of their methods."""
-    module = _plot_module()
-    return {"plot_probe": module.plot_probe, **{f"plot_{name}": plot for name, plot in module.PLOTS.items()}}
+    return {name: plot for name, plot in vars(_plot_module()).items() if name.startswith("plot_")}
 
 
 def _number(value: float | None) -> str:
     return "" if value is None else f"{value:.3g}"
-
-
-def _answer_table(data: dict[str, Any]) -> tuple[list[str], list[list[str]]]:
-    """The table of the answer: a line for each rule and target, or for each variant of a sweep."""
-    answer = data.get("answer", {})
-    if len(data.get("references", [])) > 1 and answer.get("variants"):
-        rows = []
-        for variant in answer["variants"]:
-            own = variant["answer"]
-            best: dict[str, Any] = next((rule for rule in own["rules"] if rule["rule"] == own["cheapest"]), {})
-            rows.append([variant["name"], _number(variant["difference"]), _number(variant["stable_step"]),
-                         own["cheapest"] or "none", _number(best.get("step")), _number(best.get("error")),
-                         f"{'met' if best else 'not met'}: {100 * own['target']:g} %"])  # fmt: skip
-        return ["variant", "difference", "h_crit [s]", "rule", "step [s]", "error", "verdict"], rows
-    rows = []
-    for target in answer.get("targets", []):
-        for rule in target["rules"]:
-            verdict = "; ".join(part for part in (rule["verdict"], rule["note"]) if part)
-            rows.append([f"{100 * target['target']:g} %", rule["rule"],
-                         *(_number(rule.get(key)) for key in ("step", "step_over_stable_step", "error",
-                                                              "relative_cost", "max_relative_energy_drift")),
-                         verdict])  # fmt: skip
-    return ["error below", "rule", "step [s]", "h/h_crit", "error", "cost", "energy", "verdict"], rows
 
 
 def _html_table(head: list[str], rows: list[list[str]]) -> str:

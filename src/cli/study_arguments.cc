@@ -49,9 +49,15 @@ std::shared_ptr<StudyArguments> add_study_options(CLI::App& command) {
        "run: the reference is one run (default). richardson: it is extrapolated from "
        "runs with twice, once and half the reference step, and its error is estimated.")
       ->check(not_empty("it names no kind of reference"));
-  command.add_option("--reference-step", study.reference_step,
-                     "Step of the reference run (default: the finest of the study, or chosen with "
-                     "the steps)");
+  command
+      .add_option("--reference-step", study.reference_step,
+                  "Step of the reference run (default: the finest of the study, or chosen with "
+                  "the steps)")
+      ->check([](const std::string& number) {
+        return number.find_first_of("xX") == std::string::npos
+                   ? std::string()
+                   : "it is no decimal number of seconds, such as 1e-3";
+      });
   text("--reference-integrator", study.reference_integrator,
        "Integrator of the reference run (default: midpoint, or chosen with the steps)")
       ->check(not_empty("it names no integrator"));

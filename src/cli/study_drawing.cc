@@ -12,7 +12,7 @@
 namespace tetraction {
 namespace {
 
-// Exit codes of plot_study.py.
+// Exit codes of study_plots/program.py.
 constexpr int kDefect = 1;
 constexpr int kUnusable = 2;
 constexpr int kUnwritable = 4;

@@ -1,4 +1,4 @@
-// The plots of a study, which plot_study.py draws with matplotlib.
+// The plots of a study, which the Python modules in study_plots draw with matplotlib.
 #pragma once
 
 #include <string>

@@ -183,7 +183,7 @@ class Diff(StudyTest):
         process.send_signal(signal.SIGINT)
         process.wait(timeout=60)
         self.refused(3, "study", "diff", "a", "s",
-                     says=("the study has not ended: it was interrupted", "--resume"))
+                     says=("the study has not ended: it was interrupted", "with the same command, which keeps"))
         self.assertIn("B is required", self.refused(2, "study diff a"))
 
     def test_options_and_scenes_of_a_study(self):

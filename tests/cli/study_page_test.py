@@ -12,9 +12,11 @@ import subprocess
 import sys
 import tempfile
 import unittest
+import xml.dom.minidom
 
 sys.path.insert(0, f"{sys.path[0]}/..")
-from support.program import BEAM, ProgramTest, main, words_of
+from support.program import BEAM, BEAM_MESH, DATA, ProgramTest, main, words_of
+from support.study import PLOT_PROGRAM
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 VOID = {"meta", "img", "br", "link", "input", "hr"}
@@ -177,10 +179,9 @@ class Content(PageTest):
     def test_without_matplotlib(self):
         """A python3 that has no matplotlib, where the program looks for one: the study is complete."""
         if os.path.exists("/usr/bin/python3"):
-            script = os.path.join(os.path.dirname(__file__), "..", "..", "src", "cli", "plot_study.py")
             self.study("--no-plots --quiet")
             # -S: without the folder where packages are installed.
-            drawn = subprocess.run(["/usr/bin/python3", "-I", "-S", script, self.path("s")],
+            drawn = subprocess.run(["/usr/bin/python3", "-IBS", PLOT_PROGRAM, self.path("s")],
                                    capture_output=True, text=True)  # fmt: skip
             self.assertEqual(drawn.returncode, 3)
             self.assertIn("matplotlib", drawn.stderr)
@@ -203,6 +204,30 @@ class Content(PageTest):
         self.assertNotIn("alert(", page.scripts)
         for tag in ("<script>alert", "<img src=x"):
             self.assertNotIn(tag, self.read("s", "study.html"))
+
+    def test_names_of_meshes_and_titles_are_text(self):
+        """In the page, in drawings, and in tables of LaTeX and Markdown."""
+        names = ("$\\input{passwd}$<script>alert(1)_%&~^{$.msh", "\"><img src=x onerror=alert(2)>\\write18{t}$_#|.msh")
+        for name in names:
+            shutil.copy(os.path.join(DATA, "orbiting_cube.msh"), self.path(name))
+        scene = BEAM.split("[[fix]]")[0].replace(BEAM_MESH, f"file = {json.dumps(names[0])}").replace('"gravity"', '"none"')
+        scene += "[initial]\nangular_velocity = [0.0, 1.0, 0.0]\n"
+        self.study("--quiet", "--width=85", "--title=--><script>alert(3)</script> $\\frac{ \\$", "--vary",
+                   "mesh.file=" + ",".join(map(json.dumps, names)), scene=scene)  # fmt: skip
+        page = self.page()
+        self.assertEqual(page.images, [])  # drawings with such names stand in the page as others do
+        self.assertGreater(page.drawings, 5)
+        self.assertNotIn("alert(", page.scripts)
+        self.assertIn(json.dumps(names[1]), page.text)
+        drawings = glob.glob(self.path("s", "*.svg"))
+        for path in drawings:
+            xml.dom.minidom.parse(path)
+        latex, markdown = (self.run_program("study open s --table", kind).stdout for kind in ("latex", "markdown"))
+        self.assertNotRegex(latex, r"\\(input|write)|(?<!\\)[%#_~]")
+        rows = [line for line in latex.splitlines() if line.endswith(r"\\")]
+        self.assertEqual(len({len(re.findall(r"(?<!\\)&", row)) for row in rows}), 1)
+        self.assertNotRegex(markdown, r"(?<!\\)[<$_`]")
+        self.assertEqual(len({len(re.findall(r"(?<!\\)\|", row)) for row in markdown.splitlines()}), 1)
 
     def test_plots_of_a_clamped_and_of_a_free_body(self):
         """Momenta over time are drawn only where the scene conserves them."""

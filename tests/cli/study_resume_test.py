@@ -2,6 +2,7 @@
 
 import glob
 import os
+import random
 import shutil
 import signal
 import stat
@@ -11,7 +12,7 @@ import time
 sys.path.insert(0, f"{sys.path[0]}/..")
 from support.program import BEAM, files_below, main
 from support.scenes import tables
-from support.study import StudyTest, plot_script
+from support.study import StudyTest, plot_functions
 
 
 class KeptRuns(StudyTest):
@@ -77,6 +78,23 @@ class KeptRuns(StudyTest):
         self.study(*grid, "--fresh")
         self.assertEqual(table, self.lasting_table())
         self.assertEqual(texts, {r: text for r, (text, _) in self.histories().items()})
+
+    def test_a_study_that_is_ended_at_any_time_goes_on(self):
+        study = ["study beam.toml --out s --quiet --width 85", *self.GRID]
+        self.run_program(*study)
+        table, files = self.lasting_table(), sorted(os.listdir(self.path("s")))
+        for number, begun in ((signal.SIGTERM, "midpoint-0.001/history.csv"), (signal.SIGINT, "study.csv"),
+                              (signal.SIGKILL, "error_over_step.png")):  # fmt: skip
+            shutil.rmtree(self.path("s"))
+            process = self.start(*study)
+            self.wait_for_file(process, "s", begun)
+            time.sleep(random.random() * 0.1)
+            process.send_signal(number)
+            process.communicate()
+            self.assertIn(process.returncode, (-number, 128 + number, 0), begun)
+            self.run_program(*study)
+            self.assertEqual(self.lasting_table(), table, (number, begun))
+            self.assertEqual(sorted(os.listdir(self.path("s"))), files, (number, begun))
 
     def test_the_same_study_makes_no_run(self):
         self.study(*self.GRID)
@@ -206,7 +224,7 @@ class KeptRuns(StudyTest):
         self.assertIn("link", self.refused(4, *study))
 
     def test_plots_read_regular_files_only(self):
-        plots = plot_script()
+        plots = plot_functions()
         os.mkfifo(self.path("pipe"))
         os.symlink("/dev/zero", self.path("zero"))
         for name in ("pipe", "zero"):

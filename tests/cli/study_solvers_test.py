@@ -4,7 +4,7 @@ import sys
 
 sys.path.insert(0, f"{sys.path[0]}/..")
 from support.program import main
-from support.study import StudyTest, plot_script
+from support.study import StudyTest, plot_functions
 
 
 class Plots(StudyTest):
@@ -12,7 +12,7 @@ class Plots(StudyTest):
         """The work of moving constraints is energy that entered."""
         self.study("--integrators", "midpoint", "--steps", "0.01", "--set", "time.end=0.05",
                    "--set", "fix.0.velocity=[0.0, 0.1, 0.0]")  # fmt: skip
-        plots = plot_script()
+        plots = plot_functions()
         history = plots.read_history({"directory": self.path("s", "midpoint-0.01")})
         summary = self.read_json("s", "midpoint-0.01", "summary.json")
         drift = summary["max_relative_energy_drift"]

@@ -39,6 +39,10 @@ class Steps(StudyTest):
         for arguments, says in (
             (("--steps", "fast"), ('"fast" is no step', "0.02T", "auto")),
             (("--steps", "-1e-3"), ('"-1e-3" is not positive',)),
+            (("--steps", "midpoint=0x10"), ('"0x10" is no step',)),
+            (("--steps", "1e-3", "--reference-step", "0x1p-9"), ("--reference-step", "no decimal number")),
+            (("--steps", "1e-3", "--also-solver", "ceres@0x1p-9"), ("SOLVER@STEP",)),
+            (("--budget", "0x10s"), ("--budget", "10s, 2min or 1h")),
             (("--steps", "verlett=1e-3", "--integrators", "verlet"), ("did you mean verlet?",)),
             (("--steps", "midpoint=7"), ("at most the end time 0.1 s",)),
             (("--budget", "10"), ("--budget", "10s, 2min or 1h")),
@@ -50,6 +54,13 @@ class Steps(StudyTest):
         ):  # fmt: skip
             with self.subTest(arguments):
                 self.refused_study(*arguments, says=says)
+
+    def test_a_target_that_no_step_can_meet(self):
+        for target in ("1e-300%", "1e-320"):
+            self.study("--integrators verlet,midpoint --budget 1s --quiet --target", target)
+            (answer,) = self.result()["answer"]["targets"]
+            self.assertEqual([rule["verdict"] for rule in answer["rules"]], ["not met"] * 2)
+            self.assertEqual([rule["target"]["is_met"] for rule in self.result()["searched"]], [False] * 2)
 
     def test_a_ladder_for_each_rule(self):
         """Its runs are announced, and made once: the same command again makes none."""
@@ -244,6 +255,11 @@ class Rules(StudyTest):
         ):
             with self.subTest(rule):
                 self.refused_study("--steps", "2e-3", "--integrators", "midpoint", "--rule", rule, says=says)
+
+    def test_two_spellings_of_a_value_are_one_rule(self):
+        for one, other in (("solver.tolerance=1e-6", "solver.tolerance=0.000001"), ("time.retry=3", "time.retry=3.0")):
+            self.refused_study("--steps", "2e-3", "--integrators", "midpoint", "--rule", f"midpoint:{one}",
+                               "--rule", f"midpoint:{other}", says=(f"midpoint:{other} is there twice",))  # fmt: skip
 
 
 class EnergyErrors(StudyTest):

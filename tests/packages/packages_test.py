@@ -121,7 +121,7 @@ class Installed(unittest.TestCase):
         folder = self.installed("lib/python3/dist-packages")
         if not os.path.isdir(folder):
             self.skipTest("built without the Python package")
-        for name in ("py.typed", "_settings.pyi", "_plot_study.py"):
+        for name in ("py.typed", "_settings.pyi", "_study_plots/plots.py"):
             self.assertTrue(os.path.exists(os.path.join(folder, "tetraction", name)), name)
         scene = self.installed("share/doc/tetraction/examples/scenes/single_tetrahedron.toml")
         text = "import sys, tetraction as tt; s = tt.Session(sys.argv[1]); print(s.step(5), tt.__file__)"

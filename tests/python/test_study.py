@@ -232,26 +232,27 @@ def test_a_study_is_read_from_its_directory(block, tmp_path):
 
 def test_what_is_no_study_is_not_read(block, tmp_path):
     tt.study(block, ["midpoint"], STEPS, out=tmp_path / "good")
-    rows = (tmp_path / "good" / "study.csv").read_text().splitlines(keepends=True)
     whole = (tmp_path / "good" / "study.json").read_text()
-    for files, message in (
-        ({}, "no study, because study.json"),
-        ({"study.json": whole}, "no study, because study.csv"),
-        ({"study.json": whole[:-100], "study.csv": "".join(rows)}, "damaged"),
-        ({"study.json": whole, "study.csv": "".join(rows[:-1])}, "damaged"),
-        ({"study.json": whole, "study.csv": "".join(rows)[:-40]}, "damaged"),
-        ({"study.json": whole, "study.csv": "".join([rows[0], *rows[:0:-1]])}, "different runs"),
-        ({"study.json": "[1]", "study.csv": "a,b\n1,2\n"}, "not that of a study"),
-        ({"study.json": '{"runs": []}', "study.csv": ""}, "not that of a study"),
-        ({"study.json": '{"runs": [], "message": "The study has not ended."}'}, "has not ended"),
-        ({"study.json": "\0\xff", "study.csv": ""}, "damaged"),
+    rows = json.loads(whole)["runs"]
+    for text, message in (
+        (None, "does not hold the results of a study"),
+        (whole[:-100], "not the study.json of a study"),
+        (whole.replace('"position_error"', '"position"', 1), '"position_error" is missing'),
+        (json.dumps({**json.loads(whole), "runs": rows[:1] + rows[:1]}), "that of another run"),
+        ("[1]", "not the study.json of a study"),
+        ('{"runs": []}', '"scene" is missing'),
+        ('{"runs": [], "message": "The study has not ended."}', "has not ended"),
+        ("\0\xff", "not the study.json of a study"),
     ):
         shutil.rmtree(tmp_path / "bad", ignore_errors=True)
         os.mkdir(tmp_path / "bad")
-        for name, text in files.items():
-            (tmp_path / "bad" / name).write_text(text, encoding="latin-1" if "\xff" in text else "utf-8")
+        if text is not None:
+            (tmp_path / "bad" / "study.json").write_text(text, encoding="latin-1" if "\xff" in text else "utf-8")
         with pytest.raises(tt.InputError, match=message):
             tt.read_study(tmp_path / "bad")
+    # Nothing is read from study.csv.
+    os.remove(tmp_path / "good" / "study.csv")
+    assert len(tt.read_study(tmp_path / "good").array) == len(rows)
 
 
 def test_every_plot_has_a_method_that_returns_its_axes(block, tmp_path):
@@ -304,7 +305,7 @@ def test_a_study_as_data_frame_and_in_a_notebook(block, monkeypatch):
     tt.study(block, ["midpoint"], STEPS)
     assert [page.count("<tr>") for page in shown] == [0, 2, 3, 4, 4]
     page = study._repr_html_()
-    assert page.startswith("<table>") and "<td>midpoint</td>" in page and "reference" in page
+    assert page.startswith("<table>") and ">midpoint</td>" in page and "reference" in page
     monkeypatch.setitem(sys.modules, "pandas", None)
     with pytest.raises(ImportError, match="to_pandas needs pandas"):
         study.to_pandas()

@@ -16,7 +16,7 @@ SETTINGS = """\
 strict = True
 warn_return_any = False
 ignore_missing_imports = True
-[mypy-tetraction._plot_study]
+[mypy-tetraction._study_plots.*]
 ignore_errors = True
 """
 

@@ -1,7 +1,8 @@
 """Studies of the beam."""
 
-import importlib.util
+import importlib
 import os
+import sys
 
 from support.program import BEAM, BeamTest, words_of
 from support.scenes import plane, tables
@@ -10,13 +11,15 @@ PROBES = BEAM + tables(probe=[dict(name="tip", select=plane("x", 4.0), quantity=
                        dict(name="stress", point=[0.3, 0.9, 0.4], quantity="von_mises", every=2)])
 
 
-def plot_script():
-    """The program that draws the plots, as a module."""
-    script = os.path.join(os.path.dirname(__file__), "..", "..", "src", "cli", "plot_study.py")
-    spec = importlib.util.spec_from_file_location("plot_study", script)
-    plots = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(plots)
-    return plots
+PLOT_PROGRAM = os.path.abspath(os.path.join(os.path.dirname(__file__), "..", "..", "src", "cli", "study_plots"))
+
+
+def plot_functions():
+    """The module with the functions of all plots."""
+    folder = os.path.dirname(PLOT_PROGRAM)
+    if folder not in sys.path:
+        sys.path.append(folder)
+    return importlib.import_module("study_plots.plots")
 
 
 class StudyTest(BeamTest):

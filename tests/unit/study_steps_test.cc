@@ -55,7 +55,8 @@ TEST(StudySteps, AreReadInEveryUnit) {
 }
 
 TEST(StudySteps, ThatAreMalformedAreRefused) {
-  for (const char* text : {"", "1e-3,", "4y", "4 x", "x", "inf", "nan", "automatic", "0.1TT"}) {
+  for (const char* text :
+       {"", "1e-3,", "4y", "4 x", "x", "inf", "nan", "automatic", "0.1TT", "0x10", "0X1p-3s"}) {
     expect_refusal([&] { read_step_requests(text); }, {"is no step", "4x", "auto"});
   }
   expect_refusal([] { read_step_requests("-1e-3"); }, {"\"-1e-3\" is not positive"});

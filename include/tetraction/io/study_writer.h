@@ -13,6 +13,7 @@ struct StudyProvenance {
   std::string command;  ///< the command line, or empty for the study of another program
   std::string date;     ///< as utc_now() gives it
   std::string plan{};   ///< the member `plan` of study.json, without which a study cannot be merged
+  std::string version{};  ///< of the program, if it is not this one
 };
 
 /// The text of study.csv: one row for each run, 10 significant digits, empty if there is no number.

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "tetraction/simulation/motion_track.h"
+#include "tetraction/simulation/run_progress.h"
 #include "tetraction/simulation/study_search.h"
 #include "tetraction/simulation/study_steps.h"
 
@@ -19,6 +20,7 @@ struct TrackedRun {
   std::shared_ptr<const MotionTrack> track{};  ///< null if the run did not reach the end
   double seconds = 0.0;                        ///< of its steps
   bool is_stopped = false;                     ///< on request: nothing more is to be made
+  RunStatus status = RunStatus::kRunning;
 };
 
 /// Makes a run, or takes one that was made before, with the seconds that it took then: the choice is the same again.

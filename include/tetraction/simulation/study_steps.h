@@ -111,6 +111,9 @@ std::vector<StepRequest> read_step_requests(const std::string& text);
 /// (check_settings_of()).
 StudyRule read_study_rule(const std::string& text);
 
+/// Whether two rules have the same integrator and the same values of the same keys: 1e-6 is the same as 0.000001.
+bool is_same_rule(const StudyRule& a, const StudyRule& b);
+
 /// Throws InputError for settings that a rule cannot have: other keys than those of [solver] and [time], those that a
 /// study sets itself, and [solver] of an explicit rule, which solves nothing.
 void check_settings_of(const StudyRule& rule);

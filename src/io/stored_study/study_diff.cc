@@ -130,7 +130,8 @@ std::vector<std::string> StudyDiff::notes() const {
   note(a_.study.scene, b_.study.scene, "The scenes have different names, \"{}\" and \"{}\".");
   note(a_.error, b_.error,
        "The orders of A are those of the error \"{}\", and those of B of \"{}\".");
-  note(a_.study.version, b_.study.version, "The studies were made by the versions {} and {}.");
+  note(a_.study.provenance.version, b_.study.provenance.version,
+       "The studies were made by the versions {} and {}.");
   if (!has_one_machine()) {
     notes.emplace_back(
         "The runs were made on different machines or with different numbers of threads: the ratios "
@@ -212,7 +213,7 @@ std::string StudyDiff::json() const {
   DiffJson json;
   for (const auto& [key, side] : {std::pair{"a", &a_}, std::pair{"b", &b_}}) {
     json[key] = {{"path", side->path},
-                 {"version", side->study.version},
+                 {"version", side->study.provenance.version},
                  {"command", side->study.provenance.command},
                  {"date", side->study.provenance.date},
                  {"scene", side->study.scene},

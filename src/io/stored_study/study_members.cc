@@ -55,7 +55,9 @@ StudyText read_study_text(const std::string& path) {
 
 void refuse_incomplete_study(const std::string& path, const std::string& why) {
   throw FileError(fmt::format(
-      "{}: the study has not ended: {}. The same command with --resume completes it.", path, why));
+      "{}: the study has not ended: {}. Make it again with the same command, which keeps the runs "
+      "that are complete.",
+      path, why));
 }
 
 StudyMembers::StudyMembers(std::string file, std::string place, std::string hint,

@@ -40,10 +40,10 @@ class StudyReader {
 
   StoredStudy study() {
     StoredStudy study;
-    const ForeignJson& made_by = member_of(text_.json, "version");
-    if (made_by.is_string()) study.version = made_by.get<std::string>();
     study.scene = read_.text("scene");
     study.provenance = {read_.text("command"), read_.text("date")};
+    const ForeignJson& made_by = member_of(text_.json, "version");
+    if (made_by.is_string()) study.provenance.version = made_by.get<std::string>();
     read_heads();
     read_variants();
     read_rows();

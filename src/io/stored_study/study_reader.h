@@ -19,8 +19,7 @@ struct StoredPlan {
 /// A study as its study.json has it.
 struct StoredStudy {
   StudyResult result;
-  std::string version{};  ///< of the program that made it; may be empty
-  std::string scene;      ///< name of its file
+  std::string scene;  ///< name of its file
   StudyProvenance provenance;
   std::string text;                  ///< of study.json
   std::optional<StoredPlan> plan{};  ///< not that of a program of its own

@@ -128,8 +128,9 @@ std::string answer_text(const StudyResult& result, AnswerFormat format = AnswerF
 /// what is better compared.
 std::vector<std::string> answer_sentences(const StudyResult& result, const StudyAnswer& answer);
 
-/// The table of the answer as a table of HTML.
-std::string answer_html(const StudyResult& result, const StudyAnswer& answer);
+/// The table of the answer as a table of HTML for study.html, or without an identifier for any page.
+std::string answer_html(const StudyResult& result, const StudyAnswer& answer,
+                        const std::string& id = "answer");
 
 /// The facts as the member `answer` of study.json.
 nlohmann::ordered_json answer_json(const StudyAnswer& answer);

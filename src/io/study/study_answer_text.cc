@@ -137,8 +137,9 @@ std::string answer_text(const StudyResult& result, AnswerFormat format) {
   return text;
 }
 
-std::string answer_html(const StudyResult& result, const StudyAnswer& answer) {
-  return answer_grid(result, answer, true).html("answer");
+std::string answer_html(const StudyResult& result, const StudyAnswer& answer,
+                        const std::string& id) {
+  return answer_grid(result, answer, true).html(id);
 }
 
 }  // namespace tetraction

@@ -155,10 +155,14 @@ std::string StudyGrid::latex() const {
 
 std::string StudyGrid::html(const std::string& id) const {
   const auto kind = [](const Column& column) { return column.is_text ? " class=\"text\"" : ""; };
-  std::string text = fmt::format("<div class=\"scroll\"><table id=\"{}\">\n<thead><tr>", id);
+  const bool is_plain = id.empty();
+  std::string text =
+      is_plain ? "<table>" : fmt::format("<div class=\"scroll\"><table id=\"{}\">", id);
+  text += "\n<thead><tr>";
   text += joined(head(), "", [&](const Column& column, const Cell&) {
-    return fmt::format("<th scope=\"col\"{}><button type=\"button\">{}</button></th>", kind(column),
-                       escaped_html(column.head));
+    const std::string name = escaped_html(column.head);
+    return fmt::format("<th scope=\"col\"{}>{}</th>", kind(column),
+                       is_plain ? name : "<button type=\"button\">" + name + "</button>");
   });
   text += "</tr></thead>\n<tbody>\n";
   for (const Row& row : rows_) {
@@ -174,7 +178,7 @@ std::string StudyGrid::html(const std::string& id) const {
     });
     text += "</tr>\n";
   }
-  return text + "</tbody>\n</table></div>\n";
+  return text + "</tbody>\n</table>" + (is_plain ? "\n" : "</div>\n");
 }
 
 std::string escaped_html(std::string_view text) {

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <cstdlib>
 #include <string_view>
 #include <utility>
 
@@ -23,11 +22,12 @@ namespace {
 
 // SOLVER@STEP.
 SolverComparison read_comparison(const std::string& text) {
-  const auto at = text.find('@');
-  const std::string number = at == std::string::npos ? "" : text.substr(at + 1);
-  char* end = nullptr;
-  SolverComparison comparison{text.substr(0, at), std::strtod(number.c_str(), &end)};
-  if (comparison.solver.empty() || number.empty() || *end != '\0') {
+  const auto at = std::min(text.find('@'), text.size());
+  const char* end = text.data() + text.size();
+  SolverComparison comparison{text.substr(0, at)};
+  const auto [rest, problem] =
+      std::from_chars(text.data() + std::min(at + 1, text.size()), end, comparison.step);
+  if (comparison.solver.empty() || problem != std::errc() || rest != end) {
     throw InputError(fmt::format(
         "--also-solver {}: write SOLVER@STEP, for instance --also-solver ceres@1e-3.", text));
   }
@@ -49,7 +49,8 @@ std::vector<StudyRule> read_rules(const StudyOptions& options) {
   if (names.empty()) rules.assign(all_integrators().begin(), all_integrators().end());
   for (const std::string& text : options.rules) {
     const StudyRule rule = read_study_rule(text);
-    if (std::count(rules.begin(), rules.end(), rule) > 0) {
+    if (std::any_of(rules.begin(), rules.end(),
+                    [&](const StudyRule& other) { return is_same_rule(rule, other); })) {
       throw InputError(fmt::format("--rule: {} is there twice.", to_string(rule)));
     }
     const auto last = std::find_if(rules.rbegin(), rules.rend(), [&](const StudyRule& other) {
@@ -313,7 +314,7 @@ MeshCheck StudyMaker::check_mesh(const StudyResult& result) {
   }
   const TrackedRun fine = make_one(*finer_, *run, mesh, folder.get());
   if (fine.is_stopped) return check;
-  if (const auto row = memory(folder.get()).kept(*run)) check.status = row->status;
+  check.status = fine.status;
   PlannedRun coarse = *run;
   coarse.directory = coarse_run_of(*run);
   const std::shared_ptr<const MotionTrack> track = this->track(coarse);

@@ -1,4 +1,4 @@
-// The plots of a study, as plot_study.py names them.
+// The plots of a study, as cli/study_plots names them.
 #pragma once
 
 #include <array>

@@ -175,7 +175,7 @@ std::string study_csv(const StudyResult& result, const StudyProvenance& provenan
     const auto own = places.find(row.variant);
     const StudyResult& part = own != places.end() ? parts[own->second] : result;
     const std::map<std::string, nlohmann::ordered_json> of_study{
-        {"version", version()},
+        {"version", provenance.version.empty() ? version() : provenance.version},
         {"command", provenance.command},
         {"reference", reference_name(part)},
         {"reference_error", json_number(part.reference_error)}};

@@ -111,6 +111,14 @@ void check_settings_of(const StudyRule& rule) {
   }
 }
 
+bool is_same_rule(const StudyRule& a, const StudyRule& b) {
+  return a.integrator == b.integrator &&
+         std::equal(a.settings.begin(), a.settings.end(), b.settings.begin(), b.settings.end(),
+                    [](const VariedValue& x, const VariedValue& y) {
+                      return x.key == y.key && value_of(x.value) == value_of(y.value);
+                    });
+}
+
 Scene scene_of(const StudyPlan& plan, const PlannedRun& run) {
   Scene scene = plan.variants[run.variant].scene;
   scene.time.integrator = run.integrator;

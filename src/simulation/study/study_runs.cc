@@ -116,6 +116,7 @@ class StudyRuns {
     TrackedRun made;
     made.seconds = row->first_seconds;
     made.is_stopped = row->status == RunStatus::kCancelled;
+    made.status = row->status;
     if (row->status == RunStatus::kFinished) made.track = track_of(run);
     return made;
   }

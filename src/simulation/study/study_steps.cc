@@ -3,8 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
-#include <cstdlib>
 #include <optional>
 
 #include "core/quoting.h"
@@ -17,11 +17,10 @@ namespace {
 
 // The number at the beginning of a text, and what follows it. Nothing if there is no finite number.
 std::optional<std::pair<double, std::string>> number_and_unit(const std::string& text) {
-  if (text.find_first_of(" \t\nxXiInN") == 0) return {};  // strtod takes blanks, inf and nan
-  char* rest = nullptr;
-  const double value = std::strtod(text.c_str(), &rest);
-  if (rest == text.c_str() || !std::isfinite(value)) return {};
-  return std::pair(value, std::string(rest));
+  double value = 0.0;
+  const auto [rest, problem] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (problem != std::errc() || !std::isfinite(value)) return {};
+  return std::pair(value, std::string(rest, text.data() + text.size()));
 }
 
 std::vector<std::string> split_at_commas(const std::string& text) {
