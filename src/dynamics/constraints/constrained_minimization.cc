@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "dynamics/problems/solve_to_round_off.h"
+#include "dynamics/steppers/common_outcome.h"
 #include "tetraction/dynamics/body_sums.h"
 
 namespace tetraction {
@@ -41,9 +42,7 @@ bool ConstrainedMinimization::minimize(const Vector& from, StepOutcome& outcome)
     u_ = start;
     constraint_force_ = force;
     problem_.set_constraint_potential(nullptr);
-    outcome.status = StepStatus::kOk;
-    outcome.message.clear();
-    outcome.obstacle = StepObstacle::kSolver;
+    forget_failure(outcome);
     return false;
   };
   if (steps_without_rounds_ > 0) {
@@ -146,9 +145,7 @@ bool ConstrainedMinimization::solve_with_multipliers(const Vector& from, StepOut
   if (outcome.obstacle == StepObstacle::kViscosity || most_rounds < kRounds) return false;
   u_ = start;
   influence_.resize(0, 0);
-  outcome.status = StepStatus::kOk;
-  outcome.message.clear();
-  outcome.obstacle = StepObstacle::kSolver;
+  forget_failure(outcome);
   return solve_rounds(from, outcome, solve, linearize, most_rounds, false);
 }
 

@@ -16,13 +16,40 @@ namespace tetraction {
 /// residual_angular_impulse are those of the whole body already. Does nothing without a part.
 void make_common(const MeshPart* part, StepOutcome& outcome);
 
-/// Adds the impulse of a vertex at x to the sums of a step.
-inline void enter_impulse(const Vector3& x, const Vector3& impulse, StepOutcome& outcome) {
-  const Vector3 angular = x.cross(impulse);
-  outcome.linear_impulse += impulse;
-  outcome.angular_impulse += angular;
-  outcome.impulse_size += impulse.lpNorm<1>();
-  outcome.angular_impulse_size += angular.lpNorm<1>();
+/// The sums of impulses of a step. They begin with those of an outcome and replace them at the end. Sums of their own, to
+/// which nothing else refers, stay in registers while a loop adds to them.
+struct ImpulseSums {
+  Vector3 linear;
+  Vector3 angular;
+  double size;
+  double angular_size;
+
+  explicit ImpulseSums(const StepOutcome& outcome)
+      : linear(outcome.linear_impulse),
+        angular(outcome.angular_impulse),
+        size(outcome.impulse_size),
+        angular_size(outcome.angular_impulse_size) {}
+  void add(const Vector3& impulse, const Vector3& moment) {
+    linear += impulse;
+    angular += moment;
+    size += impulse.lpNorm<1>();
+    angular_size += moment.lpNorm<1>();
+  }
+  /// Adds the impulse of a vertex at x.
+  void add_at(const Vector3& x, const Vector3& impulse) { add(impulse, x.cross(impulse)); }
+  void enter(StepOutcome& outcome) const {
+    outcome.linear_impulse = linear;
+    outcome.angular_impulse = angular;
+    outcome.impulse_size = size;
+    outcome.angular_impulse_size = angular_size;
+  }
+};
+
+/// Makes the outcome that of a step which has not failed.
+inline void forget_failure(StepOutcome& outcome) {
+  outcome.status = StepStatus::kOk;
+  outcome.message.clear();
+  outcome.obstacle = StepObstacle::kSolver;
 }
 
 /// Whether the energies and impulses that a step enters into the balance are finite.

@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "common_outcome.h"
+#include "core/scope_exit.h"
 #include "dynamics/terms/term_forces.h"
 #include "dynamics/terms/vertex_kernels.h"
-#include "force_cache.h"
 #include "tetraction/core/parallel.h"
 #include "tetraction/dynamics/body_sums.h"
 #include "tetraction/dynamics/constraints/multipliers.h"
@@ -18,6 +18,27 @@
 
 namespace tetraction {
 namespace {
+
+// ∇W of the elastic energy at the current position, kept from the end of the last step.
+class ForceCache {
+ public:
+  EvaluationStatus update(const MechanicalSystem& system, const Vector& q) {
+    if (valid_) return {};
+    const EvaluationStatus status =
+        system.elastic_energy_and_gradient(q, elastic_energy_, gradient_);
+    valid_ = status.ok();
+    return status;
+  }
+  bool is_known() const { return valid_; }
+  void invalidate() { valid_ = false; }
+  const Vector& gradient() const { return gradient_; }
+  double elastic_energy() const { return elastic_energy_; }
+
+ private:
+  bool valid_ = false;
+  double elastic_energy_ = 0.0;
+  Vector gradient_;
+};
 
 class ExplicitStepper : public Stepper {
  public:
@@ -51,7 +72,8 @@ class ExplicitStepper : public Stepper {
   // The step of the own part of the body, with the part's shares in the balance.
   StepOutcome advance_part(const State& from, State& to, double h, double end_time) {
     StepOutcome outcome;
-    CacheGuard guard(force_);
+    // The forces belong to a state that is not reached if the step fails, however it ends.
+    ScopeExit forget_forces([this] { force_.invalidate(); });
     const bool was_known = force_.is_known();
     const EvaluationStatus start = force_.update(system_, from.position);
     if (!was_known && !everywhere(system_.part(), start.ok())) {
@@ -119,7 +141,7 @@ class ExplicitStepper : public Stepper {
     }
     finish(from, to, h, outcome);
     if (!has_finite_balance(outcome)) return overflowed(outcome);
-    guard.keep();
+    forget_forces.release();
     return outcome;
   }
 
@@ -147,7 +169,7 @@ class ExplicitStepper : public Stepper {
       if (term->account() == EnergyAccount::kConstraintWork) terms_.constraining = true;
     }
     if (system_.part() == nullptr) return;
-    // A spring may be in one part only. All parts take the same way, so that copies of a vertex add up the same
+    // A spring may be in one part only. All parts use the same method, so that copies of a vertex add up the same
     // forces in the same order. The terms change only with a reset().
     if (!agreed_) {
       agreed_.emplace(std::array{terms_.potential ? 1.0 : 0.0, terms_.damping ? 1.0 : 0.0});
@@ -175,12 +197,9 @@ class ExplicitStepper : public Stepper {
         const Vector3 moment = system_.part() != nullptr
                                    ? own_first_moment(system_, q)
                                    : Vector3(system_.total_mass() * center_of_mass(system_, q));
-        const Vector3 impulse = dt * system_.own_mass() * kick.acceleration;
-        const Vector3 angular = moment.cross(dt * kick.acceleration);
-        outcome.linear_impulse += impulse;
-        outcome.angular_impulse += angular;
-        outcome.impulse_size += impulse.lpNorm<1>();
-        outcome.angular_impulse_size += angular.lpNorm<1>();
+        ImpulseSums sums(outcome);
+        sums.add(dt * system_.own_mass() * kick.acceleration, moment.cross(dt * kick.acceleration));
+        sums.enter(outcome);
       }
       return kick;
     }
@@ -237,7 +256,7 @@ class ExplicitStepper : public Stepper {
         finite = false;
       }
     });
-    // A vertex is computed in another way if it is one of the last. Those that other parts have, too, must
+    // A vertex is computed with other instructions if it is one of the last. Those that other parts have, too, must
     // have the same bits there.
     for (const Index v : shared_) {
       kick_and_drift(v, v + 1, kick, h, from.position.data(), from.momentum.data(),
@@ -322,14 +341,16 @@ class ExplicitStepper : public Stepper {
   // Those of constraints at positions q, `delay` seconds before the end of the step.
   void enter_reactions(const Vector& q, double delay, const Vector& momentum,
                        StepOutcome& outcome) {
+    ImpulseSums sums(outcome);
     for (std::size_t i = 0; i < constrained_.size(); ++i) {
       const Index v = constrained_[i];
       const Vector3 impulse = vertex_block(momentum, v) - before_.col(static_cast<Index>(i));
       vertex_block(reactions_.force, v) += impulse;
       if (delay != 0.0) vertex_block(reactions_.delay, v) += delay * impulse;
       if (v >= system_.owned_vertex_count()) continue;
-      enter_impulse(vertex_block(q, v), impulse, outcome);
+      sums.add_at(vertex_block(q, v), impulse);
     }
+    sums.enter(outcome);
   }
 
   // velocity_ ← a prediction of the velocity at the end of the step: a first kick with the velocity

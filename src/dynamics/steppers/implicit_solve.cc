@@ -2,6 +2,7 @@
 // move far.
 #include <algorithm>
 
+#include "common_outcome.h"
 #include "implicit_stepper.h"
 
 namespace tetraction {
@@ -15,9 +16,7 @@ bool ImplicitStepper::find(const State& from, double end_time, StepOutcome& outc
   if (led && !lead_along(from, end_time, outcome)) {
     if (guess == Quality::kUndefined) return false;
     // Materials that are defined for inverted elements continue from a poor guess.
-    outcome.status = StepStatus::kOk;
-    outcome.message.clear();
-    outcome.obstacle = StepObstacle::kSolver;
+    forget_failure(outcome);
     problem_->prescribe_base(end_time);
     guess_.choose(*problem_, from);
     solve_.u().setZero();
@@ -36,7 +35,7 @@ bool ImplicitStepper::find(const State& from, double end_time, StepOutcome& outc
   return true;
 }
 
-// Moves the prescribed components a part of their way at a time. Each time the body follows by a
+// Moves the prescribed components by a part of their displacement at a time. Each time the body follows by a
 // harmonic extension, and Φ is minimised. So a motion by more than the size of an element in a step
 // crushes or inverts no element.
 bool ImplicitStepper::lead_along(const State& from, double end_time, StepOutcome& outcome) {
@@ -82,9 +81,7 @@ bool ImplicitStepper::lead_along(const State& from, double end_time, StepOutcome
       return false;
     }
   }
-  outcome.status = StepStatus::kOk;
-  outcome.message.clear();
-  outcome.obstacle = StepObstacle::kSolver;
+  forget_failure(outcome);
   return true;
 }
 

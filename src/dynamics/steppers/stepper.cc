@@ -25,9 +25,11 @@ void Stepper::gather_loads(const State& from, double h, double alpha, Vector& lo
 
 void Stepper::add_impulse(const Vector& x, const Vector& force, double dt,
                           StepOutcome& outcome) const {
+  ImpulseSums sums(outcome);
   for (Index v = 0; v < system_.owned_vertex_count(); ++v) {
-    enter_impulse(vertex_block(x, v), dt * vertex_block(force, v), outcome);
+    sums.add_at(vertex_block(x, v), dt * vertex_block(force, v));
   }
+  sums.enter(outcome);
 }
 
 void Stepper::add_reaction(const Vector& x, double delay, const Vector& impulse,

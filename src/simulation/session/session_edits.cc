@@ -6,6 +6,7 @@
 #include <functional>
 #include <optional>
 #include <tuple>
+#include <type_traits>
 #include <utility>
 
 #include "mesh/shared_error.h"
@@ -40,7 +41,7 @@ struct Renewal {
 };
 
 // Puts back what an edit has changed. Only this is remembered: copies of all settings would make each of many edits
-// dearer than the one before.
+// more expensive than the one before.
 class Undo {
  public:
   void add(std::function<void()> step) { steps_.push_back(std::move(step)); }
@@ -66,6 +67,17 @@ class Undo {
   std::vector<std::function<void()>> steps_;
 };
 
+// Whether a law may be undefined where the present one is defined. The domain of a law that does not limit the
+// stretch is the same for all parameters.
+bool may_be_undefined(const MaterialModel& next, const MaterialModel& present) {
+  return next.index() != present.index() || std::visit(
+                                                []<class M>(const M&) {
+                                                  return HasStretchLimit<M> ||
+                                                         std::is_same_v<M, CustomMaterial>;
+                                                },
+                                                next);
+}
+
 // Changes the settings, the system and a copy of the state. apply_edit() puts the first two
 // back with `undo` if the edit cannot be made.
 struct Editor {
@@ -86,8 +98,7 @@ struct Editor {
     if (density_array(edit.material) != density_array(now)) {
       throw InputError(
           "The density cannot be changed during a run: mass would appear from nowhere, and "
-          "momentum "
-          "and energy with it. Change it before the start.");
+          "momentum and energy with it. Change it before the start.");
     }
     const double density = now.density;
     if (edit.material.density != density) {
@@ -99,9 +110,11 @@ struct Editor {
     const bool built_in = all_built_in();
     const bool locked = !locking_warning(system).empty();
     const bool unstable = !instability_warning(system).empty();
-    const bool was_admissible = system.elastic().admissible(state.position).ok();
     MaterialField made = make_material(edit.material, system, edit.region);
     const auto region = static_cast<std::size_t>(edit.region);
+    const bool may_be_refused =
+        may_be_undefined(made.model(), system.materials()[region].model()) &&
+        system.elastic().admissible(state.position).ok();
     undo.add([this_system = &system, region = edit.region, old = system.materials()[region]] {
       this_system->set_material(region, old);
     });
@@ -109,14 +122,14 @@ struct Editor {
     system.set_material(edit.region, std::move(made));
     settings.materials[region] = edit.material;
     do_in_all_parts(system.part(), [&] {
+      if (!may_be_refused) return;
       const EvaluationStatus status = system.elastic().admissible(state.position);
-      if (!was_admissible || status.ok()) return;
-      throw InputError(fmt::format(
-          "{}{}with these parameters the energy is not defined in the present state, which {}: "
-          "change "
-          "the material while the body is strained less.",
-          edit.material.where, edit.material.where.empty() ? "" : ": ",
-          change_by(state.position, status)));
+      if (status.ok()) return;
+      throw InputError(
+          fmt::format("{}{}with these parameters the energy is not defined in the present state, "
+                      "which {}: change the material while the body is strained less.",
+                      edit.material.where, edit.material.where.empty() ? "" : ": ",
+                      change_by(state.position, status)));
     });
     if (!locked) warning = locking_warning(system);
     if (!unstable) {

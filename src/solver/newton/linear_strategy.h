@@ -19,9 +19,8 @@ struct NewtonSystem {
 
 /// An approximate solution of a NewtonSystem, and what is known about it.
 struct NewtonDirection {
-  Vector d;  ///< 3 per vertex
-  NegativeCurvature
-      curvature;         ///< a direction that the solver found; usually there is none
+  Vector d;                     ///< 3 per vertex
+  NegativeCurvature curvature;  ///< a direction that the solver found; usually there is none
   bool is_safe = false;  ///< whether it is known that no element is inverted on the way along d
   bool is_definite =
       false;  ///< whether ∇²Φ(x) itself was factorised, so that it is positive definite
