@@ -18,10 +18,6 @@ struct Neighbors {
   std::int32_t neighbor;
 };
 
-std::size_t at(Index i) {
-  return static_cast<std::size_t>(i);
-}
-
 // The faces of the chunk whose least vertex is v with v mod `passes` = `pass`, for the processes with these vertices.
 std::vector<std::vector<Face>> faces_of_pass(const MeshChunk& chunk, int processes, Index passes,
                                              Index pass) {

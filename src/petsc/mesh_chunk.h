@@ -2,12 +2,17 @@
 // cut into parts.
 #pragma once
 
+#include <cstddef>
 #include <vector>
 
 #include "all_to_all.h"
 #include "tetraction/mesh/tet_mesh.h"
 
 namespace tetraction::petsc {
+
+inline std::size_t at(Index i) {
+  return static_cast<std::size_t>(i);
+}
 
 /// The vertices from `first_vertex` on and the tetrahedra from `first_tetrahedron` on.
 struct MeshChunk {

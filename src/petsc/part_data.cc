@@ -15,10 +15,6 @@ namespace {
 
 using Triangle = std::array<Index, 3>;
 
-std::size_t at(Index i) {
-  return static_cast<std::size_t>(i);
-}
-
 Triangle sorted(Triangle triangle) {
   std::sort(triangle.begin(), triangle.end());
   return triangle;

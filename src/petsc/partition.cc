@@ -18,10 +18,6 @@
 namespace tetraction::petsc {
 namespace {
 
-std::size_t at(Index i) {
-  return static_cast<std::size_t>(i);
-}
-
 // Pieces of a curve through the centroids, of which every process gets all.
 std::vector<int> along_curve(const MeshChunk& chunk, int parts, const AllToAll& processes) {
   const std::vector<Index> vertices = vertices_of(chunk.mesh.tetrahedra);

@@ -6,8 +6,8 @@
 #include <utility>
 
 #include "event_edits.h"
+#include "simulation/stepping/step_strategy.h"
 #include "tetraction/core/error.h"
-#include "tetraction/simulation/event_settings.h"
 
 namespace tetraction::viewer {
 namespace {

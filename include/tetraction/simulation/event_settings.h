@@ -21,9 +21,4 @@ RunSettings settings_after_events(const Scene& scene, std::size_t event_count);
 /// Throws InputError if the objects do not belong to these settings.
 void complete_constraints(const Scene& scene, RunSettings& settings);
 
-/// Whether an event at the time `at` is due at the time `now` of a run. Steps of equal size begin at multiples of it,
-/// which have round-off: there an event counts that is less than a millionth of the step away. Adapted steps
-/// (`time.adapt`) end at the times of events themselves.
-bool is_due(double at, double now, const TimeSettings& time, double time_step);
-
 }  // namespace tetraction

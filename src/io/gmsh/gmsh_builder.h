@@ -10,10 +10,19 @@
 #include <vector>
 
 #include "gmsh_data.h"
-#include "gmsh_types.h"
 #include "tetraction/mesh/tet_mesh.h"
 
 namespace tetraction {
+
+/// An element type of the Gmsh format.
+struct GmshType {
+  CellType type;
+  int nodes;
+  int dimension;
+};
+
+/// The type with a number of the format, or nullptr if the readers do not know it.
+const GmshType* find_gmsh_type(std::int64_t number);
 
 class GmshBuilder {
  public:

@@ -25,11 +25,9 @@ void read_damping_ratio(const TomlTable& table, Scene& scene) {
   if (!table.has("ratio")) return;
   for (const char* key : {"mass_damping", "viscosity"}) {
     if (!table.has(key)) continue;
-    table.refuse(
-        table.is_override("ratio") ? "ratio" : key,
-        fmt::format("is one key too many: damping.ratio and damping.{} are both given, and "
-                    "the ratios determine it. Leave one of the two out.",
-                    key));
+    table.refuse(table.is_override("ratio") ? "ratio" : key,
+                 one_key_too_many("damping.ratio", fmt::format("damping.{}", key),
+                                  ", and the ratios determine it"));
   }
   DampingRatio ratio;
   read_settings(table.table("ratio", table_keys(section_of<DampingRatio>())), ratio);

@@ -113,8 +113,7 @@ void read_part(const TomlTable& table, const ScenePart& part, const std::string&
   read_settings(table, *part.section, part.add(scene));
   if (name == "probe" && table.has("select") && table.has("point")) {
     table.refuse("point",
-                 "is one key too many: select and point are both given, and each says where the "
-                 "probe is. Leave one of the two out.");
+                 one_key_too_many("select", "point", ", and each says where the probe is"));
   }
   if (name == "mesh" && !scene.mesh.file.empty()) {
     scene.mesh.file = (fs::path(folder) / scene.mesh.file).lexically_normal().string();

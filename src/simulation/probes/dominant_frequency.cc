@@ -2,16 +2,15 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
-#include <limits>
 #include <numbers>
 #include <unsupported/Eigen/FFT>
 
+#include "core/not_known.h"
 #include "tetraction/simulation/probe.h"
 
 namespace tetraction {
 namespace {
 
-constexpr double kNoFrequency = std::numeric_limits<double>::quiet_NaN();
 constexpr double kTurn = 2.0 * std::numbers::pi;
 
 // Values with weights that add up to 1, and whose weighted mean is 0.
@@ -128,10 +127,10 @@ class WeightedTrace {
 double dominant_frequency(const std::vector<double>& times, const std::vector<double>& values,
                           double round_off) {
   constexpr double kFewestPeriods = 2.0;
-  if (times.size() < 5 || !(times.back() > times.front())) return kNoFrequency;
+  if (times.size() < 5 || !(times.back() > times.front())) return kNotKnown;
   const WeightedTrace trace(times, values);
   if (!(trace.variance() > round_off * round_off) || !std::isfinite(trace.variance()))
-    return kNoFrequency;
+    return kNotKnown;
   const double highest = 0.5 * static_cast<double>(times.size() - 1) / trace.duration();
   double best = trace.largest_coefficient();
   // Parabolas through three points find the maximum. The first spacing is a quarter of the half
@@ -159,7 +158,7 @@ double dominant_frequency(const std::vector<double>& times, const std::vector<do
     spacing *= 0.125;
   }
   const double periods = best * trace.duration();
-  return periods >= kFewestPeriods * (1.0 - 1e-6) ? best : kNoFrequency;
+  return periods >= kFewestPeriods * (1.0 - 1e-6) ? best : kNotKnown;
 }
 
 }  // namespace tetraction

@@ -1,14 +1,13 @@
 // The values of probes over time, and what the summary says of them.
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
+#include "core/not_known.h"
 #include "tetraction/simulation/probe.h"
 
 namespace tetraction {
 namespace {
 
-constexpr double kNoValue = std::numeric_limits<double>::quiet_NaN();
 constexpr std::size_t kMostNumbers = std::size_t{1} << 25U;  // of all traces, 256 MiB
 constexpr std::size_t kMostTimes = std::size_t{1} << 20U;    // of one trace
 // A component that moves by less than this share of the largest value of its probe is round-off.
@@ -21,7 +20,7 @@ ProbeTraces::ProbeTraces(const ProbeSet& probes, Index step_count)
       traces_(probes.probes().size()),
       fillings_(probes.probes().size()),
       extremes_(probes.value_count(),
-                {kNoValue, kNoValue, kNoValue, kNoValue, kNoValue, kNoValue}) {
+                {kNotKnown, kNotKnown, kNotKnown, kNotKnown, kNotKnown, kNotKnown}) {
   const std::size_t numbers = probes.value_count() + traces_.size();
   for (std::size_t i = 0; i < traces_.size(); ++i) {
     const ProbeColumns& columns = probes.probes()[i];

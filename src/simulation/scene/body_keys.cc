@@ -16,10 +16,8 @@ bool is_penalty(const FixSettings& fix) {
 }
 
 std::string target_conflict(const FixSettings& fix) {
-  return fix.target && fix.offset
-             ? "is one key too many: target and offset are both given, and each says where the "
-               "vertices are held. Leave one of the two out."
-             : "";
+  if (!fix.target || !fix.offset) return {};
+  return one_key_too_many("target", "offset", ", and each says where the vertices are held");
 }
 
 std::string amplitude_conflict(const FixSettings& fix) {

@@ -7,8 +7,6 @@
 #include <variant>
 
 #include "body_constraints.h"
-#include "simulation/stepping/run_data.h"
-#include "simulation/stepping/step_strategy.h"
 #include "tetraction/core/error.h"
 
 namespace tetraction {
@@ -136,10 +134,6 @@ void complete_constraints(const Scene& scene, RunSettings& settings) {
     }
     constraint = with_length(*std::move(constraint), object);
   }
-}
-
-bool is_due(double at, double now, const TimeSettings& time, double time_step) {
-  return at <= now + (adapts(time) ? round_off_of_time(at) : 1e-6 * time_step);
 }
 
 }  // namespace tetraction

@@ -18,10 +18,9 @@ std::string times_conflict(const ForceSettings& load) {
 }
 
 std::string total_conflict(const ForceSettings& force) {
-  return force.total && !force.vector.isZero(0.0)
-             ? "is one key too many: vector and total are both given. A vector is the force on "
-               "each selected vertex, a total the sum of all. Leave one of the two out."
-             : "";
+  if (!force.total || force.vector.isZero(0.0)) return {};
+  return one_key_too_many(
+      "vector", "total", ". A vector is the force on each selected vertex, a total the sum of all");
 }
 
 std::string share_conflict(const ForceSettings& force) {
@@ -32,10 +31,8 @@ std::string share_conflict(const ForceSettings& force) {
 }
 
 std::string acceleration_conflict(const ForceSettings& force) {
-  return force.acceleration && !force.vector.isZero(0.0)
-             ? "is one key too many: vector and acceleration are both given. Leave one of the two "
-               "out."
-             : "";
+  if (!force.acceleration || force.vector.isZero(0.0)) return {};
+  return one_key_too_many("vector", "acceleration");
 }
 
 using Load = ForceSettings;

@@ -46,8 +46,7 @@ std::string mesh_conflict(const MeshSettings& mesh) {
 
 std::string two_meshes_conflict(const MeshSettings& mesh) {
   if (mesh.file.empty() || !mesh.generate) return {};
-  return "is one key too many: mesh.file and mesh.generate are both given, and a scene has one "
-         "mesh. Leave one of the two out.";
+  return one_key_too_many("mesh.file", "mesh.generate", ", and a scene has one mesh");
 }
 
 std::string volume_conflict(const MeshSettings& mesh) {

@@ -114,6 +114,12 @@ const char* strength_unit(const EnvironmentSettings& environment) {
 
 }  // namespace
 
+std::string one_key_too_many(std::string_view first, std::string_view second,
+                             std::string_view why) {
+  return fmt::format("is one key too many: {} and {} are both given{}. Leave one of the two out.",
+                     first, second, why);
+}
+
 SceneSection time_section() {
   using S = TimeSettings;
   SceneSection section = make_section<S>(
@@ -140,8 +146,7 @@ SceneSection time_section() {
         &S::retry},
        {{.name = "adapt",
          .help = "how the size of the steps adapts to the motion, see below; `step`, or the "
-                 "nearest of the "
-                 "bounds, is the first one",
+                 "nearest of the bounds, is the first one",
          .in_file = Written::kUnlessDefault,
          .in_echo = Written::kUnlessDefault},
         &S::adapt},
@@ -237,8 +242,7 @@ SceneSection environment_section() {
   section.unwritable = [](const void* settings) -> std::string {
     if (static_cast<const S*>(settings)->kind != EnvironmentKind::kCustom) return {};
     return "The environment is a program's own force field: a scene file cannot name it. Take "
-           "none, "
-           "gravity or attraction.";
+           "none, gravity or attraction.";
   };
   section.put_into = [](const void* settings, MechanicalSystem& system,
                         const std::vector<AmplitudeSettings>& amplitudes) {
@@ -275,8 +279,8 @@ SceneSection damping_section() {
         &S::viscosity},
        {{.name = "ratio",
          .help =
-             "`{ at = [f1, f2], value = [ζ1, ζ2] }`: damping ratios at two frequencies in Hz, "
-             "from which mass damping and viscosity are worked out, see below; not beside them"},
+             "`{ at = [f1, f2], value = [ζ1, ζ2] }`: damping ratios at two frequencies in Hz, from "
+             "which mass damping and viscosity are worked out, see below; not beside them"},
         DocumentedValue<S>{"table"}}});
   section.put_into = [](const void* settings, MechanicalSystem& system, const auto&) {
     system.set_damping(*static_cast<const S*>(settings));
@@ -308,9 +312,8 @@ SceneSection initial_section() {
        {{.name = "velocity_array", .help = "name of a point-data array of the mesh file, in m/s"},
         &S::velocity_array},
        {{.name = "momentum",
-         .help =
-             "`[[initial.momentum]]`: momenta of single vertices, instead of what they had, see "
-             "below"},
+         .help = "`[[initial.momentum]]`: momenta of single vertices, instead of what they had, "
+                 "see below"},
         TablesValue<S, MomentumSettings>{&S::momentum}},
        {{.name = "displacement",
          .unit = "m",
@@ -326,21 +329,20 @@ SceneSection initial_section() {
 
 SceneSection damping_ratio_section() {
   using S = DampingRatio;
-  return make_section<S>(
-      "damping.ratio",
-      {{{.name = "at",
-         .unit = "Hz",
-         .help = "two frequencies",
-         .range = kModeratePositive,
-         .needed = "give the two frequencies in Hz, for instance ratio = { at = [50, 400], value = "
-                   "[0.01, 0.02] }."},
-        &S::frequency},
-       {{.name = "value",
-         .help = "the damping ratios at these",
-         .range = {.least = 0.0, .most = 100.0},
-         .needed = "give the two damping ratios, for instance ratio = { at = [50, 400], value = "
-                   "[0.01, 0.02] }."},
-        &S::value}});
+  return make_section<S>("damping.ratio",
+                         {{{.name = "at",
+                            .unit = "Hz",
+                            .help = "two frequencies",
+                            .range = kModeratePositive,
+                            .needed = "give the two frequencies in Hz, for instance ratio = { at = "
+                                      "[50, 400], value = [0.01, 0.02] }."},
+                           &S::frequency},
+                          {{.name = "value",
+                            .help = "the damping ratios at these",
+                            .range = {.least = 0.0, .most = 100.0},
+                            .needed = "give the two damping ratios, for instance ratio = { at = "
+                                      "[50, 400], value = [0.01, 0.02] }."},
+                           &S::value}});
 }
 
 SceneSection array_section() {
@@ -360,8 +362,7 @@ SceneSection field_section() {
                       {{{}, [](const S& s) -> std::string {
                           if (s.file.empty() != s.formula[0].empty()) return {};
                           return "must have either file = \"…\" or formula = [\"…\", \"…\", "
-                                 "\"…\"], which gives x, y "
-                                 "and z.";
+                                 "\"…\"], which gives x, y and z.";
                         }}});
   section.is_placed_at_key = true;
   return section;

@@ -108,6 +108,10 @@ struct SceneKey {
   bool is_written(const void* settings) const { return !written || written(settings); }
 };
 
+/// The conflict of two keys of which only one may be given. `why` follows "both given": ", and …" or ". A …".
+std::string one_key_too_many(std::string_view first, std::string_view second,
+                             std::string_view why = "");
+
 /// A condition that the keys of a section must satisfy together.
 struct SectionRule {
   /// The keys of the condition. An empty list means the section as a whole. A message names the key

@@ -287,7 +287,7 @@ void Session::go_back() {
 RunStatus Session::run(const std::vector<Observer*>& observers) {
   Impl& s = *impl_;
   const auto tell = [&](const auto& call) {
-    const Impl::ObserverTimer timer(s);
+    const auto timer = s.time_observers();
     for (Observer* observer : observers) call(*observer);
   };
   tell([&](Observer& o) { o.on_start(*this); });
@@ -298,7 +298,7 @@ RunStatus Session::run(const std::vector<Observer*>& observers) {
       s.fail_with_exception();
       // Observers of a body in parts wait for those of other processes, where the step may go on.
       if (s.run.system->part() != nullptr) throw;
-      const Impl::ObserverTimer timer(s);
+      const auto timer = s.time_observers();
       for (Observer* observer : observers) {
         try {
           observer->on_finish(*this);
@@ -312,10 +312,8 @@ RunStatus Session::run(const std::vector<Observer*>& observers) {
     const auto* request = dynamic_cast<const StopRequest*>(observer);
     if (request != nullptr) s.run.stop_requests.push_back(request);
   }
-  // An exception must not leave the pointers behind.
-  const auto forget = [](std::vector<const StopRequest*>* requests) { requests->clear(); };
-  const std::unique_ptr<std::vector<const StopRequest*>, decltype(forget)> guard(
-      &s.run.stop_requests, forget);
+  // An exception must not leave the pointers there.
+  const ScopeExit forget([&s] { s.run.stop_requests.clear(); });
   std::vector<CheckpointObserver*> keepers;
   for (Observer* observer : observers) {
     auto* keeper = dynamic_cast<CheckpointObserver*>(observer);
@@ -324,7 +322,7 @@ RunStatus Session::run(const std::vector<Observer*>& observers) {
   Index last_regular = -1;  // step of the last regular checkpoint
   const auto make_checkpoint = [&](const std::vector<CheckpointObserver*>& keeping, bool regular) {
     if (keeping.empty()) return;
-    const Impl::ObserverTimer timer(s);
+    const auto timer = s.time_observers();
     const Checkpoint made = checkpoint();
     for (CheckpointObserver* keeper : keeping) keeper->on_checkpoint(*this, made, regular);
     if (regular) last_regular = step_number();

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "core/scope_exit.h"
 #include "equilibrium_run.h"
 #include "inversion_watch.h"
 #include "simulation/scene/body_constraints.h"
@@ -40,22 +41,14 @@ struct Session::Impl {
 
   // The beginning of the calls of observers that are being made.
   std::optional<PhaseTimer::Clock::time_point> observed_since;
-  /// Measures the time of observers. They can ask for it meanwhile.
-  class ObserverTimer {
-   public:
-    explicit ObserverTimer(Impl& session) : session_(session) {
-      session_.observed_since = PhaseTimer::Clock::now();
-    }
-    ~ObserverTimer() {
-      session_.run.times.output += session_.observed_seconds();
-      session_.observed_since.reset();
-    }
-    ObserverTimer(const ObserverTimer&) = delete;
-    ObserverTimer& operator=(const ObserverTimer&) = delete;
-
-   private:
-    Impl& session_;
-  };
+  /// Measures the time of observers as long as the result lives. They can ask for it meanwhile.
+  auto time_observers() {
+    observed_since = PhaseTimer::Clock::now();
+    return ScopeExit([this] {
+      run.times.output += observed_seconds();
+      observed_since.reset();
+    });
+  }
   /// Time since the observers are being called, s; 0 if they are not.
   double observed_seconds() const {
     if (!observed_since) return 0.0;

@@ -26,8 +26,7 @@ class FixedSteps final : public StepStrategy {
     }
     return fmt::format(
         "The step is {:.4g} s, {:.3g} times the explicit stability limit of {:.4g} s. Take a "
-        "smaller "
-        "time.step{}, and check the loads.",
+        "smaller time.step{}, and check the loads.",
         step, step / limit, limit,
         time().integrator == Integrator::kEnergyMomentum ? " or backward-euler" : other_rule());
   }
@@ -38,18 +37,15 @@ class FixedSteps final : public StepStrategy {
     if (time().integrator != Integrator::kBackwardEuler) {
       return fmt::format(
           "the energy error reached {:.3g} % of the energy that entered: the step does not resolve "
-          "the "
-          "motion. {:.4g} s resolve vibrations up to {:.3g} Hz (20 steps a period). Take a smaller "
-          "time.step{}.",
+          "the motion. {:.4g} s resolve vibrations up to {:.3g} Hz (20 steps a period). Take a "
+          "smaller time.step{}.",
           100.0 * share, step, frequency, other_rule());
     }
     return fmt::format(
         "the energy error reached {:.3g} % of the energy that entered: backward-euler damps what "
-        "the "
-        "step does not resolve, which is right on the way to rest and wrong for a motion. With "
-        "{:.4g} s "
-        "vibrations up to {:.3g} Hz keep nine tenths of their energy over a period. Take a smaller "
-        "time.step, or midpoint.",
+        "the step does not resolve, which is right on the way to rest and wrong for a motion. With "
+        "{:.4g} s vibrations up to {:.3g} Hz keep nine tenths of their energy over a period. Take "
+        "a smaller time.step, or midpoint.",
         100.0 * share, step, frequency);
   }
 };
@@ -105,7 +101,7 @@ StepOutcome RetriedSteps::advance_in_halves(StepOutcome failure) {
   const Index pieces = Index{1} << levels;
   const double piece = span.length / static_cast<double>(pieces);
   enter_failure();
-  BalanceGuard guard(*run_.balance);
+  auto guard = balance_guard(*run_.balance);
   Reactions mean;
   const State* from = &run_.state();
   State* to = &run_.work.middle;
@@ -141,7 +137,7 @@ StepOutcome RetriedSteps::advance_in_halves(StepOutcome failure) {
   run_.states.other() = *from;
   run_.states.other().step = number;
   stepper.set_reactions(mean);
-  guard.keep();
+  guard.release();
   accept_step(run_);
   enter_length(progress, span.length, span.length < progress.plan.time_step);
   progress.steps.smallest = std::min(progress.steps.smallest, smallest);

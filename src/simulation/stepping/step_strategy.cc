@@ -43,6 +43,10 @@ bool follows_limit(const TimeSettings& time) {
   return !is_implicit(time.integrator) && (time.automatic || adapts(time));
 }
 
+bool is_due(double at, double now, const TimeSettings& time, double time_step) {
+  return at <= now + (adapts(time) ? round_off_of_time(at) : 1e-6 * time_step);
+}
+
 bool was_too_large(StepStatus status) {
   return status == StepStatus::kInverted || status == StepStatus::kNotFinite ||
          status == StepStatus::kOverdamped || status == StepStatus::kUndefined;
@@ -71,8 +75,7 @@ void StepStrategy::choose_step(const StabilityLimit& limit, CriticalModes modes)
   if (!std::isnormal(shortest * shortest) || !std::isnormal(1.0 / (shortest * shortest))) {
     throw InputError(
         fmt::format("A step of {:.3g} s cannot be computed: the square of its length, or one over "
-                    "it, is out of "
-                    "the range of double precision. Make {} {}.",
+                    "it, is out of the range of double precision. Make {} {}.",
                     shortest, shortest < step ? "time.end" : "time.step",
                     shortest < 1.0 ? "larger" : "smaller"));
   }
@@ -98,9 +101,8 @@ StepSpan StepStrategy::planned_span() const {
 std::string StepStrategy::other_rule() const {
   if (time().integrator != Integrator::kMidpoint) return {};
   return run_.system->part() == nullptr
-             ? ", or integrator = \"energy-momentum\", which keeps the energy "
-               "also where steps do not resolve "
-               "the motion, such as the spin of a stiff body"
+             ? ", or integrator = \"energy-momentum\", which keeps the energy also where steps do "
+               "not resolve the motion, such as the spin of a stiff body"
              : ", or integrator = \"backward-euler\"";
 }
 

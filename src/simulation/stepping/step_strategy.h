@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 
+#include "core/scope_exit.h"
 #include "run_data.h"
 
 namespace tetraction {
@@ -18,6 +19,10 @@ inline bool adapts(const TimeSettings& time) {
 bool is_automatic(const TimeSettings& time);
 /// Whether the steps are bounded by the stability limit, which is estimated again as the body moves.
 bool follows_limit(const TimeSettings& time);
+/// Whether an event at the time `at` is due at the time `now` of a run. Steps of equal size begin at multiples of it,
+/// which have round-off: there an event counts that is less than a millionth of the step away. Adapted steps
+/// end at the times of events themselves.
+bool is_due(double at, double now, const TimeSettings& time, double time_step);
 
 /// The length of a step and the time of its end, s.
 struct StepSpan {
@@ -99,22 +104,10 @@ StepOutcome attempt_and_accept(RunData& run, const StepSpan& span, const StepChe
 /// Whether a smaller step may succeed where one with this outcome failed.
 bool was_too_large(StepStatus status);
 
-/// Takes back what was entered in the balance, unless all went well.
-class BalanceGuard {
- public:
-  explicit BalanceGuard(Balance& balance) : balance_(balance), before_(balance.sums()) {}
-  ~BalanceGuard() {
-    if (!kept_) balance_.restore(std::move(before_));
-  }
-  BalanceGuard(const BalanceGuard&) = delete;
-  BalanceGuard& operator=(const BalanceGuard&) = delete;
-  void keep() { kept_ = true; }
-
- private:
-  Balance& balance_;
-  BalanceSums before_;
-  bool kept_ = false;
-};
+/// Takes back what was entered in the balance, unless it is released.
+inline auto balance_guard(Balance& balance) {
+  return ScopeExit([&balance, before = balance.sums()] { balance.restore(before); });
+}
 
 /// Counts the solver's iterations from its construction on, and reports all of them as those of one step.
 class IterationCount {

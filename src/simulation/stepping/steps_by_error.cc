@@ -86,10 +86,10 @@ void StepsByError::accept_halves(const Halves& halves, const StepSpan& span) {
   const State& from = run_.state();
   State& to = run_.states.other();
   run_.system->applied_force(from.position, from.time, span.length, run_.work.external_force);
-  BalanceGuard guard(*run_.balance);
+  auto guard = balance_guard(*run_.balance);
   run_.balance->enter(run_.work.middle, halves.first);
   run_.balance->enter(to, halves.second);
-  guard.keep();
+  guard.release();
   to.step = from.step + 1;
   run_.memory.stepper->set_reactions(halves.reactions);
   accept_step(run_);
@@ -156,8 +156,8 @@ StepOutcome StepsByError::advance() {
 
 std::string error_report(const StepControl& control, const TimeSettings& time) {
   return fmt::format(
-      "errors of at most {:.3g} of the body's diagonal in a step; {} attempts "
-      "rejected, {} of which failed. Momenta are conserved as with equal steps; the energy {}",
+      "errors of at most {:.3g} of the body's diagonal in a step; {} attempts rejected, {} of "
+      "which failed. Momenta are conserved as with equal steps; the energy {}",
       time.tolerance, control.rejected, control.failed,
       is_variational(time.integrator) ? "may drift, because the size of the steps changes"
                                       : "is treated as in equal steps");
@@ -166,8 +166,7 @@ std::string error_report(const StepControl& control, const TimeSettings& time) {
 std::string error_steps_warning(const StepControl& control, const TimeSettings& time, Index step) {
   if (control.above_tolerance == 0) return {};
   return fmt::format(
-      "{} of {} steps are less exact than time.tolerance = {:.3g}: smaller ones than "
-      "time.min_step "
+      "{} of {} steps are less exact than time.tolerance = {:.3g}: smaller ones than time.min_step "
       "would be needed. history.csv has their errors in the column step_error.",
       control.above_tolerance, step, time.tolerance);
 }

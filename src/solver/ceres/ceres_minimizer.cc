@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "ceres_elements.h"
+#include "core/scope_exit.h"
 #include "serial_openmp.h"
 #include "solver/linear/assembled_system.h"
 #include "solver/newton/line_search.h"
@@ -36,18 +37,6 @@ class SolveMonitor : public ceres::IterationCallback {
 
  private:
   double limit_ = 0.0;
-};
-
-// Keeps Ceres from printing. Its messages are in the report.
-class QuietLog {
- public:
-  QuietLog() : level_(FLAGS_minloglevel) { FLAGS_minloglevel = google::GLOG_FATAL; }
-  ~QuietLog() { FLAGS_minloglevel = level_; }
-  QuietLog(const QuietLog&) = delete;
-  QuietLog& operator=(const QuietLog&) = delete;
-
- private:
-  int level_;
 };
 
 class CeresMinimizer : public Minimizer {
@@ -190,7 +179,9 @@ class CeresMinimizer : public Minimizer {
     const int most = std::min(kRound, options_.max_iterations - report.iterations);
     solver_options_.max_num_iterations = most;
     ceres::Solver::Summary summary;
-    const QuietLog quiet;
+    // Ceres must not print. Its messages are in the report.
+    const ScopeExit restore_log([level = FLAGS_minloglevel] { FLAGS_minloglevel = level; });
+    FLAGS_minloglevel = google::GLOG_FATAL;
     const SerialOpenMp serial;
     const SerialBlas serial_blas;
     ceres::Solve(solver_options_, &problem_, &summary);
