@@ -6,7 +6,6 @@
 #include <limits>
 
 #include "core/decompositions.h"
-#include "material/strain_invariants.h"
 #include "quadratic_element.h"
 #include "tetraction/core/parallel.h"
 #include "tetraction/dynamics/body_sums.h"
@@ -125,7 +124,7 @@ ElementFields element_fields(const MechanicalSystem& system, const Vector& q) {
       Matrix3 strain = Matrix3::Zero();
       for_mean(system, e, q, [&](double share, const Matrix3& f, const Matrix3& first_piola) {
         stress += share * cauchy_of(first_piola, f);
-        strain += share * plain_green_strain(f);
+        strain += share * 0.5 * (f.transpose() * f - Matrix3::Identity());
       });
       const std::array<double, 4> shares = shares_of(rest, e);
       for (int p = 0; p < points; ++p) {
