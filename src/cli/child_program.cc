@@ -5,7 +5,10 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <chrono>
 #include <csignal>
+#include <thread>
+#include <utility>
 
 #include "interrupt_guard.h"
 
@@ -26,12 +29,18 @@ int run_child_program(std::vector<std::string> arguments) {
     unblock_signals();
     std::signal(SIGPIPE, SIG_DFL);
     std::signal(SIGXFSZ, SIG_DFL);
+    std::signal(SIGINT, SIG_IGN);  // a terminal sends it to both programs
     execvp(words.front(), words.data());
     _exit(127);
   }
   int status = 0;
-  while (waitpid(pid, &status, 0) < 0) {
-    if (errno != EINTR) return -1;
+  bool is_told = false;
+  for (pid_t ended = 0; ended != pid;) {
+    const bool is_stopped = InterruptGuard::interrupted();
+    if (is_stopped && !std::exchange(is_told, true)) kill(pid, SIGTERM);
+    ended = waitpid(pid, &status, WNOHANG);
+    if (ended < 0 && errno != EINTR) return -1;
+    if (ended != pid) std::this_thread::sleep_for(std::chrono::milliseconds(20));
   }
   return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
 }

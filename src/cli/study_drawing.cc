@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "cli/child_program.h"
+#include "cli/interrupt_guard.h"
 #include "io/text/output_file.h"
 #include "plot_study_script.h"
 
@@ -34,6 +35,8 @@ DrawnPlots draw_plots(const std::string& directory, const StudyDrawing& drawing)
   const int code = run_child_program(command);
   std::string names = read_output(failures);
   remove_output(failures);
+  if (code != 0 && InterruptGuard::interrupted())
+    return {"their drawing was interrupted", false, true};
   if (!names.empty()) {
     for (auto at = names.find('\n'); at != std::string::npos; at = names.find('\n', at)) {
       names.replace(at, 1, ", ");

@@ -16,6 +16,7 @@ struct StudyDrawing {
 struct DrawnPlots {
   std::string why_missing{};   ///< why some or all of them are missing; empty: none is
   bool is_unwritable = false;  ///< whether files cannot be written
+  bool is_stopped = false;     ///< whether a signal ended the drawing
 };
 
 /// Draws the plots of the study in the directory. If plots are missing, the script has said more on standard error.

@@ -23,6 +23,18 @@ std::string duration_text(double seconds) {
   return fmt::format("{:.1f} h", seconds / 3600.0);
 }
 
+// What a run is made for that was not asked for, in parentheses.
+std::string purpose_of(const StudyPlan& plan, const PlannedRun& run) {
+  if (run.role == StudyRole::kTrial) return " (trial)";
+  if (run.role != StudyRole::kReference) return {};
+  const bool is_reference = std::any_of(
+      plan.references.begin(), plan.references.end(), [&](const PlannedReference& reference) {
+        return std::any_of(reference.runs.begin(), reference.runs.end(),
+                           [&](std::size_t i) { return plan.runs[i].directory == run.directory; });
+      });
+  return is_reference ? " (reference)" : " (second run of the reference, for its error)";
+}
+
 }  // namespace
 
 std::string reference_message(const StudyPlan& plan) {
@@ -107,10 +119,7 @@ std::string text_of_plan(const StudyPlan& plan, const std::vector<PlannedTime>& 
   std::vector<std::string> names;
   std::size_t width = 4;
   for (const PlannedTime& each : runs) {
-    const StudyRole role = each.run.role;
-    names.push_back(run_text(plan, each.run) + (role == StudyRole::kTrial       ? " (trial)"
-                                                : role == StudyRole::kReference ? " (reference)"
-                                                                                : ""));
+    names.push_back(run_text(plan, each.run) + purpose_of(plan, each.run));
     width = std::max(width, names.back().size());
   }
   const char* row = "{:<{}}  {:>12}  {:>11}  {:>10}\n";

@@ -8,6 +8,7 @@
 #include <set>
 
 #include "cli/console.h"
+#include "cli/interrupt_guard.h"
 #include "io/study/study_answer.h"
 #include "io/study/study_page.h"
 #include "io/text/output_file.h"
@@ -69,7 +70,7 @@ void check_view(const StudyView& view) {
 }
 
 std::string write_study_files(const FinishedStudy& study, const std::string& directory,
-                              const StudyDrawing& drawing, bool is_stopped,
+                              const StudyDrawing& drawing, bool is_stopped, bool is_quiet,
                               const std::vector<std::string>& old_plots) {
   write_study(study.result, study.scene, directory, study.provenance);
   // They would be those of other runs.
@@ -79,6 +80,7 @@ std::string write_study_files(const FinishedStudy& study, const std::string& dir
   std::string why_no_plots;
   std::string said;
   bool is_unwritable = false;
+  const InterruptGuard until_the_page_is_there;
   if (is_stopped) {
     // Whoever interrupts a study does not want to wait for pictures of a part of it.
     why_no_plots = "the study was interrupted";
@@ -87,7 +89,11 @@ std::string write_study_files(const FinishedStudy& study, const std::string& dir
     why_no_plots = "they were left out";
     said = "The plots were left out with --no-plots.";
   } else {
+    if (!is_quiet) print_progress("drawing the plots\n");
     const DrawnPlots drawn = draw_plots(directory, drawing);
+    if (drawn.is_stopped && !is_quiet) {
+      print_note("the drawing of the plots was interrupted: the same command draws them");
+    }
     why_no_plots = drawn.why_missing;
     is_unwritable = drawn.is_unwritable;
     if (!why_no_plots.empty()) said = "Plots are missing: " + why_no_plots + ".";

@@ -36,9 +36,10 @@ void add_drawing_options(CLI::App& command, StudyDrawing& drawing);
 void check_view(const StudyView& view);
 
 /// Writes study.csv, study.json, plots and page into a directory, and deletes plots that an earlier study left there.
-/// Returns why there are no plots, or an empty text. Throws OutputError.
+/// Returns why there are no plots, or an empty text. A signal while they are drawn ends the drawing only. Throws
+/// OutputError.
 std::string write_study_files(const FinishedStudy& study, const std::string& directory,
-                              const StudyDrawing& drawing, bool is_stopped,
+                              const StudyDrawing& drawing, bool is_stopped, bool is_quiet,
                               const std::vector<std::string>& old_plots);
 
 /// Prints the answer, the table or the text of study.json, and where the results are. `frames` are the runs that may

@@ -46,7 +46,8 @@ class Diff(StudyTest):
         self.assertEqual([(r["integrator"], r["step"]) for r in diff["only_in_b"]],
                          [("midpoint", 1e-2), ("backward-euler", 2.5e-3), ("backward-euler", 5e-3),
                           ("backward-euler", 1e-2)])  # fmt: skip
-        self.assertEqual(diff["notes"], [])
+        self.assertEqual(diff["notes"], ["The scenes, or files that they read, differ in other keys than [output]: "
+                                         "equal runs compute different motions."])  # fmt: skip
         table = self.run_program("study diff a b").stdout
         change = f"{diff['runs'][1]['position_error_change']:+.2e}"
         self.assertRegex(table, rf"(?m)^midpoint +newton +0\.005 +ok .*{re.escape(change)}")

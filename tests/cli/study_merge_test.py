@@ -40,6 +40,14 @@ class Parts(Stored):
             ("beam.toml", ("--integrators", "verlet,midpoint", "--steps", "1e-3,2e-3,5e-3"), (1, 2, 3)),
             ("probes.toml", ("--steps", "midpoint=2e-3,4e-3", "--reference", "richardson", "--error",
                              "probe.tip", "--vary", "material.density=900,1100"), (3,)),
+            # Everything at once: rules with settings, variants, solvers, an energy as the error, repeats.
+            ("beam.toml", ("--integrators", "verlet,midpoint,backward-euler", "--steps", "1e-3,2e-3,5e-3",
+                           "--rule", "midpoint:solver.tolerance=1e-3", "--rule", "midpoint:time.adapt=error",
+                           "--also-solver", "ceres@2e-3", "--also-solver", "ceres@5e-3",
+                           "--vary", "material.density=900,1100", "--vary", "solver.kind=newton",
+                           "--error", "energy.elastic_energy", "--repeats", "0"), (2, 4)),
+            ("probes.toml", ("--integrators", "verlet,midpoint", "--steps", "2e-3,4e-3", "--set", "time.end=0.5",
+                             "--rule", "midpoint:solver.tolerance=1e-2", "--error", "frequency.probe.tip"), (3,)),
         ):  # fmt: skip
             self.make("whole", *arguments, scene=scene)
             whole = self.lasting("whole")
@@ -88,6 +96,35 @@ class Parts(Stored):
 
 
 class Merge(Stored):
+    def test_repeats_are_those_of_the_parts(self):
+        grid = ("--integrators", "midpoint", "--steps", "5e-3,1e-2,2e-2", "--repeats", "1", "--budget", "10min")
+        for k in (1, 2):
+            self.make(f"part{k}", *grid, "--part", f"{k}/2")
+        self.merge("part1", "part2", "--out", "d")
+        made = {row["step"]: row for k in (1, 2) for row in self.table(f"part{k}", "study.csv")}
+        rows = self.table("d", "study.csv")
+        self.assertEqual({row["repeats"] for row in rows if row["role"] == "run"}, {"1"})
+        for row in rows:
+            for key in ("wall_seconds", "processor_seconds", "repeats", "time_scatter"):
+                self.assertEqual(row[key], made[row["step"]][key])
+
+    def test_the_run_on_a_finer_mesh_is_merged(self):
+        self.make("a", "--integrators", "midpoint", "--steps", "5e-3,1e-2", "--mesh-check")
+        self.make("b", "--integrators", "verlet", "--steps", "1e-3,2e-3")
+        for names in (("a", "b"), ("b", "a")):
+            self.merge(*names, "--out", "d")
+            check = self.read_json("d", "study.json")["mesh_check"]
+            self.assertEqual(check, self.read_json("a", "study.json")["mesh_check"])
+            self.assertTrue(self.exists("d", check["directory"], "final.vtu"))
+            # It is kept in the merged study, which a further one with it goes on.
+            again = self.run_program("study beam.toml --out d --no-plots --integrators midpoint --mesh-check",
+                                     "--steps", "5e-3,1e-2", "--frames", "none", "--threads", "1")  # fmt: skip
+            self.assertIn("no run was made", again.stderr)
+            shutil.rmtree(self.path("d"))
+        # A part does not know the run that it would be.
+        self.refused(2, "study beam.toml --out c --steps midpoint=5e-3,1e-2 --part 1/2 --mesh-check",
+                     says="--mesh-check: a part of a study does not know all runs")  # fmt: skip
+
     def test_other_steps_get_the_finer_reference(self):
         self.make("a", "--integrators", "midpoint,verlet", "--steps", "2e-3,4e-3")
         self.make("b", "--steps", "midpoint=1e-3,4e-3", "--reference-step", "5e-4")

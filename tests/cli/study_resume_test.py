@@ -383,6 +383,29 @@ class Jobs(StudyTest):
         self.study(*grid, "--quiet", "--fresh")
         self.assertEqual((table, histories), (self.lasting_table(), self.files("history.csv")))
 
+    def test_the_drawing_of_plots_can_be_interrupted(self):
+        """Everything but the plots is there, and the same command draws them."""
+        study = "study beam.toml --out s --integrators midpoint --steps 0.01,0.02 --repeats 0"
+        process = self.start(study)
+        lines = []
+        for line in process.stderr:
+            lines.append(line)
+            if "drawing the plots" in line:
+                break
+        time.sleep(0.3)
+        process.send_signal(signal.SIGINT)
+        _, messages = process.communicate(timeout=60)
+        if process.returncode != 0:  # a fast machine may have drawn them
+            self.assertEqual(process.returncode, 130, messages)
+            self.assertIn("the drawing of the plots was interrupted: the same command draws them", messages)
+            self.assertNotIn("Traceback", messages)
+            self.assertNotIn("warning", messages)
+            self.assertIn("their drawing was interrupted", self.read("s", "study.html"))
+            self.assertTrue(self.exists("s", "study.csv"))
+        said = self.run_program(study)
+        self.assertIn("no run was made", said.stderr)
+        self.assertTrue(self.exists("s", "error_over_step.png"))
+
     def test_a_choice_of_steps_that_is_interrupted_makes_no_plan(self):
         process = self.start("study beam.toml --out s --no-plots --integrators verlet,midpoint --frames none",
                              "--set", "time.end=50", "--budget", "1h")  # fmt: skip

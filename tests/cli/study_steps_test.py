@@ -160,8 +160,38 @@ class Steps(StudyTest):
             folder = f"midpoint-{float(row['step']):.10g}"
             if folder in peaks:
                 self.assertAlmostEqual(float(row["probe_error"]), abs(peaks[folder] - exact) / exact, places=9)
+            self.assertAlmostEqual(float(row["probe_value"]), {**peaks, "midpoint-0.0002": exact}[folder], places=9)
         self.refused(2, "study", scene, "--out", "t", "--steps", "2e-3", "--error", "peak.probe.tip",
                      "--reference", "richardson", says="has no peaks and frequencies")  # fmt: skip
+
+
+    def test_a_probe_without_two_periods_has_no_frequency(self):
+        scene = self.write("probes.toml", PROBES)
+        said = self.run_program("study", scene, "--out", "s", "--no-plots", "--integrators", "midpoint", "--steps",
+                                "2e-3,4e-3", "--error", "frequency.probe.tip", "--set", "time.end=0.1")  # fmt: skip
+        self.assertIn("there are no errors of the frequency of the probe tip, because it has no vibration with at "
+                      "least two periods up to the end at 0.1 s: make time.end longer", said.stderr)  # fmt: skip
+        self.assertEqual({row["probe_error"] for row in self.rows()}, {""})
+
+    def test_a_plan_says_what_the_runs_of_the_reference_are_for(self):
+        said = self.study("--plan --integrators verlet --steps 2e-3 --reference-step 1e-3 "
+                          "--reference-integrator midpoint").stdout  # fmt: skip
+        self.assertRegex(said, r"(?m)^midpoint \(reference\) +0\.001 ")
+        self.assertRegex(said, r"(?m)^midpoint \(second run of the reference, for its error\) +0\.002 ")
+
+    def test_a_target_takes_the_cheapest_run_that_was_made(self):
+        """Trial runs that meet it count as well."""
+        self.study("--integrators verlet,midpoint --budget 5s --set time.end=0.2")
+        rows = {row["directory"]: row for row in self.result()["runs"]}
+        for target in self.result()["answer"]["targets"]:
+            for rule in target["rules"]:
+                if rule["verdict"] != "met":
+                    continue
+                own = [row for row in rows.values() if row["integrator"] == rule["rule"] and row["status"] == "ok"
+                       and row["role"] in ("run", "trial") and row["position_error"] > 0.0]  # fmt: skip
+                error = self.result()["reference"]["estimated_error"] or 0.0
+                meeting = [row["step"] for row in own if row["position_error"] + error <= target["target"]]
+                self.assertEqual(rule["step"], max(meeting))
 
 
 class Rules(StudyTest):
@@ -244,6 +274,9 @@ class Rules(StudyTest):
         for rule, says in (
             ("midpoint:material.density=900", ("--vary material.density=VALUE",)),
             ("midpoint:time.step=1e-3", ("without time.integrator, time.step",)),
+            ("midpoint:adapt=error", ("adapt is a key of [time]. Write time.adapt.",)),
+            ("midpoint:tolerance=1e-6,retry=3", ("Write time.retry.",)),
+            ("midpoint:solver={tolerance=1e-6,linear=cg}", ("solver is a section. Give its keys one by one",)),
             ("midpoint:solver.tolerence=1e-3", ("did you mean tolerance?",)),
             ("midpoint:solver.tolerance=wide", ("--rule", "solver.tolerance")),
             ("midpoint:solver.tolerance=7", ("--rule", "solver.tolerance", "1e-8 is usual")),

@@ -182,6 +182,15 @@ class Variants(StudyTest):
         self.study(*study, "--resume")
         self.assertEqual(self.result()["references"], result["references"])
 
+    def test_warnings_about_materials_are_told_once(self):
+        said = self.study(*self.GRID, "--vary", "material.poissons_ratio=0.3,0.47,0.48,0.49").stderr
+        self.assertEqual(said.count("linear tetrahedra lock"), 1)
+        self.assertIn("warning: the variant 0.47: a Poisson's ratio of 0.47 is nearly incompressible", said)
+        self.assertIn("The same kind of warning applies to 0.48 and 0.49.", said)
+        said = self.study(*self.GRID, "--fresh", "--quiet", "--set", "material.poissons_ratio=0.49").stderr
+        self.assertIn("warning: a Poisson's ratio of 0.49 is nearly incompressible", said)
+        self.assertNotIn("warning", self.study(*self.GRID, "--fresh").stderr)
+
     def test_a_further_value_keeps_the_runs_of_the_others(self):
         self.study(*self.GRID[:-1], "--vary", "material.density=1000,2000")
         said = self.study(*self.GRID[:-1], "--vary", "material.density=1000,2000,3000", "--resume")

@@ -278,12 +278,14 @@ TEST(StudyAnswer, ComparesTheErrorsWithThatOfTheMesh) {
   result.mesh_check->difference = 0.031;
   const std::string sentence =
       "On a mesh with half the edge length (384 tetrahedra) the same run gives a result that "
-      "differs "
-      "by 3.1 %: time steps with a much smaller error gain nothing on this mesh.";
+      "differs by 3.1 %, so that the error of this mesh is about 4.13 % where the motion is "
+      "smooth: "
+      "time steps with a much smaller error gain nothing on it.";
   expect_part(answer_text(result), sentence);
   expect_part(on(result, "Limits of the comparison"), sentence);
   expect_part(study_page(result, StudyPageContents{}), sentence);
   EXPECT_EQ(json().at("difference"), 0.031);
+  EXPECT_DOUBLE_EQ(json().at("estimated_error").get<double>(), 0.031 * 4.0 / 3.0);
   EXPECT_EQ(json().at("directory"), "finer");
   result.mesh_check->status = RunStatus::kUnstable;
   expect_part(answer_text(result),
@@ -323,6 +325,113 @@ TEST(StudyAnswer, SaysWhenTheReferenceIsTheError) {
               "The two finest runs of midpoint agree better with each other than with the "
               "reference, verlet with h = 1e-5 s: the errors are mostly those of "
               "the reference.");
+}
+
+// The largest samples of two steps may agree by chance.
+TEST(StudyAnswer, DoesNotJudgeTheReferenceByPeaks) {
+  StudyResult result = two_rules();
+  result.error_probe = "tip";
+  result.rows[2].probe_error = 0.0099;
+  result.rows[3].probe_error = 0.0101;
+  for (const auto& [kind, rule] :
+       {std::pair{ErrorKind::kProbe, "midpoint"}, std::pair{ErrorKind::kFrequency, "midpoint"},
+        std::pair{ErrorKind::kPeak, ""}}) {
+    result.error_kind = kind;
+    EXPECT_EQ(study_answer(result).rule_beside_reference, rule);
+  }
+}
+
+TEST(StudyAnswer, CountsTrialsLikeOtherRuns) {
+  StudyResult result = two_rules();
+  StudyRow trial = row_of(Integrator::kMidpoint, 1.8e-3, 9e-3, 0.5);
+  trial.role = StudyRole::kTrial;
+  trial.directory = "trial";
+  result.rows.insert(result.rows.begin() + 3, trial);
+  const StudyAnswer answer = study_answer(result);
+  const RuleAnswer& midpoint = found_for(answer, 0.01, "midpoint");
+  EXPECT_EQ(midpoint.run, &result.rows[3]);
+  EXPECT_EQ(midpoint.relative_cost, 1.0);
+  EXPECT_EQ(answer.compared, 5U);
+  EXPECT_EQ(answer.asked, 4U);
+  // One that failed does not.
+  result.rows[3].status = RunStatus::kUnstable;
+  const StudyAnswer without = study_answer(result);
+  EXPECT_EQ(found_for(without, 0.01, "midpoint").run, &result.rows[2]);
+}
+
+TEST(StudyAnswer, ShowsPeaksAndFrequencies) {
+  StudyResult result = two_rules();
+  result.error_probe = "tip";
+  result.probes = {{"tip", ProbeQuantity::kDisplacement, 0, {"tip_x", "tip_y", "tip_z"}}};
+  for (StudyRow& row : result.rows) {
+    row.probe_error = row.position_error;
+    row.probe_value = 0.25 + row.position_error;
+  }
+  StudyRow reference = row_of(Integrator::kVerlet, 1e-5, 0.0, 8.0);
+  reference.role = StudyRole::kReference;
+  reference.is_reference = true;
+  reference.directory = result.reference_directory = "reference";
+  reference.probe_error = 0.0;
+  reference.probe_value = 0.25;
+  result.rows.insert(result.rows.begin(), reference);
+  result.error_kind = ErrorKind::kPeak;
+  expect_part(answer_text(result), "peak [m]");
+  expect_part(answer_text(result), "0.258");
+  expect_part(answer_text(result),
+              "verlet with h = 1e-5 s, whose peak is 0.25 m. Its own error is");
+  expect_part(study_table(result), "peak [m]");
+  expect_part(study_page(result, StudyPageContents{}), "peak [m]");
+  expect_part(study_csv(result, {}), ",probe_value");
+  const auto json = nlohmann::json::parse(study_json(result, "scene", {}));
+  EXPECT_EQ(json.at("runs").at(0).at("probe_value"), 0.25);
+  result.error_kind = ErrorKind::kFrequency;
+  expect_part(study_table(result), "frequency [Hz]");
+  result.error_kind = ErrorKind::kProbe;
+  for (StudyRow& row : result.rows) row.probe_value = kNone;
+  expect_no_part(study_table(result), " value");
+  expect_no_part(answer_text(result), "peak [m]");
+}
+
+// A frequency that is proportional to the square root of the stiffness, and to the inverse one of the density.
+TEST(StudyAnswer, SensitivitiesOfFrequenciesHaveSigns) {
+  StudyResult result = two_rules();
+  const std::vector<StudyRow> rows = result.rows;
+  result.rows.clear();
+  result.error_probe = "tip";
+  result.error_kind = ErrorKind::kFrequency;
+  const std::vector<std::vector<VariedValue>> values{{{"density", "1000"}, {"stiffness", "10"}},
+                                                     {{"density", "1200"}, {"stiffness", "10"}},
+                                                     {{"density", "1000"}, {"stiffness", "8"}}};
+  const std::vector<double> frequencies{2.0, 2.0 / std::sqrt(1.2), 2.0 * std::sqrt(0.8)};
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const std::string name = "v" + std::to_string(i);
+    for (StudyRow row : rows) {
+      row.variant = name;
+      row.directory = name + to_string(row.integrator) + std::to_string(row.step);
+      row.probe_error = row.position_error;
+      row.probe_value = frequencies[i];
+      result.rows.push_back(row);
+    }
+    result.variants.push_back({name, values[i]});
+    VariantReference reference;
+    reference.variant = name;
+    reference.variants = {name};
+    reference.status = RunStatus::kFinished;
+    reference.directory = result.rows.back().directory;
+    if (i > 0) reference.difference.probe = std::abs(frequencies[i] / frequencies[0] - 1.0);
+    result.references.push_back(reference);
+  }
+  const StudyAnswer answer = study_answer(result);
+  ASSERT_EQ(answer.sensitivities.size(), 2U);
+  EXPECT_NEAR(answer.sensitivities[0].value, -0.5, 1e-12);
+  EXPECT_NEAR(answer.sensitivities[1].value, 0.5, 1e-12);
+  EXPECT_TRUE(answer_json(answer).at("sensitivities").at(0).at("has_sign"));
+  expect_part(
+      on(result, "Variants"),
+      "An increase of density by 1 % changes the frequency of the probe tip by about −0.5 % (v1).");
+  expect_part(on(result, "Variants"),
+              "An increase of stiffness by 1 % changes the frequency of the probe tip by about "
+              "+0.5 % (v2).");
 }
 
 TEST(StudyAnswer, OffersOtherErrorsWherePhasesAreCompared) {

@@ -182,6 +182,42 @@ Vector3 bent_place(const Vector3& x) {
           x.z() - 0.15 * x.x() * x.y()};
 }
 
+// The mean ratio of the worst tetrahedron, 12 (3V)^(2/3)/(sum of the squared edges), which is 1 for a regular one.
+double worst_shape(const TetMesh& mesh) {
+  double worst = 1.0;
+  for (Index e = 0; e < mesh.tetrahedron_count(); ++e) {
+    const auto& corners = mesh.tetrahedra[static_cast<std::size_t>(e)];
+    double edges = 0.0;
+    for (const auto& [a, b] : kTetrahedronEdges) {
+      edges += (mesh.vertices[static_cast<std::size_t>(corners[a])] -
+                mesh.vertices[static_cast<std::size_t>(corners[b])])
+                   .squaredNorm();
+    }
+    worst = std::min(worst, 12.0 * std::cbrt(std::pow(3.0 * mesh.volume(e), 2)) / edges);
+  }
+  return worst;
+}
+
+// A box of cubes or cuboids has the same tetrahedra with half their size. Others do not become ever flatter: each
+// has at most three shapes (J. Bey, Computing 55, 1995), if the diagonal of the octahedron is chosen well.
+TEST(RefinedMesh, KeepsTheShapesOfTetrahedra) {
+  for (const Vector3& size : {Vector3(1, 1, 1), Vector3(4, 1, 1), Vector3(1, 2, 3)}) {
+    TetMesh mesh = generate_box(size, {1, 1, 1});
+    const double before = worst_shape(mesh);
+    for (int i = 0; i < 3; ++i) {
+      mesh = refined_mesh(mesh);
+      EXPECT_NEAR(worst_shape(mesh), before, 1e-12) << size.transpose() << ", " << i;
+    }
+  }
+  TetMesh tetrahedron = generate_tetrahedron(1.0);
+  tetrahedron.vertices.own() = {{0, 0, 0}, {1.1, 0.1, 0}, {0.3, 0.9, -0.1}, {0.4, 0.2, 0.7}};
+  double before = worst_shape(refined_mesh(tetrahedron));
+  for (int i = 0; i < 4; ++i) {
+    tetrahedron = refined_mesh(tetrahedron);
+    EXPECT_GE(worst_shape(tetrahedron), 0.9 * before) << i;
+  }
+}
+
 TEST(RefinedMesh, CurvedEdgesKeepTheirForm) {
   const TetMesh straight = with_edge_vertices(generate_box({2, 1, 1}, {2, 1, 1}));
   TetMesh mesh = straight;

@@ -242,9 +242,13 @@ StudyResult run_study(const Scene& scene, const TetMesh& mesh, const StudySettin
 StudyResult compare_runs(const StudyPlan& plan, const std::vector<std::optional<StudyRow>>& rows,
                          const TrackSource& tracks);
 
-/// The runs that could be made on a finer mesh, which is the scene's (of the first variant) refined once, with
-/// folders of their own. Throws InputError if there are none: explicit rules need about half the step there.
-StudyPlan mesh_check_plan(const StudyPlan& plan, const TetMesh& mesh);
+/// The mesh of the first variant, refined once. `plan` needs no runs. Throws InputError for a scene that is another
+/// problem there, as one with a force on every vertex.
+TetMesh mesh_of_mesh_check(const StudyPlan& plan, const TetMesh& mesh);
+
+/// The runs that could be made on that mesh, with folders of their own. Throws InputError if there are none: explicit
+/// rules need about half the step there.
+StudyPlan mesh_check_plan(const StudyPlan& plan, std::shared_ptr<const TetMesh> fine);
 
 /// The run of mesh_check_plan() with the largest step whose error in the study is at most 1 %, or else the one with
 /// the smallest error. Null if none of them reached the end.

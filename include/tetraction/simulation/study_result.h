@@ -139,6 +139,8 @@ struct StudyRow {
   /// it is |max|s| − max|s_ref||/max|s_ref| instead, or |f − f_ref|/f_ref with the frequency of the component
   /// that varies most. NaN without an error probe, and unless run and reference finished.
   double probe_error = std::numeric_limits<double>::quiet_NaN();
+  /// What that error is the error of: max|s| in the unit of the probe, or f in Hz. NaN with another error_kind.
+  double probe_value = std::numeric_limits<double>::quiet_NaN();
   std::string date{};       ///< when the run began, as utc_now() gives it
   std::string processor{};  ///< Machine::processor of the computer that made the run
   int cores = 0;            ///< its Machine::cores
@@ -197,6 +199,10 @@ struct MeshCheck {
   /// The difference of the two runs as StudyRow::position_error, or of the error probe if there is one,
   /// at the vertices that both meshes have. NaN if it is not known.
   double difference = std::numeric_limits<double>::quiet_NaN();
+
+  /// The error of the mesh, where it falls with the square of the edges: that of the finer mesh is then a third of the
+  /// difference.
+  double estimated_error() const { return 4.0 / 3.0 * difference; }
 };
 
 struct StudyResult {
@@ -212,7 +218,8 @@ struct StudyResult {
   /// Error of the reference itself, in the error that the orders are computed from. It is estimated
   /// from the finest other run of its integrator and the theoretical order, or as
   /// ReferenceExtrapolation says. NaN without such a run. It is at least the error of two neighbouring steps of a
-  /// rule that agree better than they differ from the reference.
+  /// rule that agree better than they differ from the reference, but not with ErrorKind::kPeak: the largest samples of
+  /// neighbouring steps may agree by chance.
   double reference_error = std::numeric_limits<double>::quiet_NaN();
   std::optional<ReferenceExtrapolation> extrapolation{};  ///< if one was asked for
   /// All references, if there are several. The first one is that which the other members describe.

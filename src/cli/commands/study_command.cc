@@ -120,6 +120,7 @@ class StudyCommand {
     hooks.tell = [this](const std::string& note) {
       if (!is_quiet()) print_note(note);
     };
+    hooks.warn = [](const std::string& warning) { print_warning(warning); };
     return hooks;
   }
 
@@ -151,19 +152,19 @@ class StudyCommand {
     const FinishedStudy study{std::move(result), inputs_.name, inputs_.directory,
                               maker_.provenance(command_line())};
     const std::string why_no_plots = write_study_files(study, study.directory, arguments_.drawing,
-                                                       is_stopped, maker_.old_plots());
+                                                       is_stopped, is_quiet(), maker_.old_plots());
     print_study(study, arguments_.view, study_json(study.result, study.scene, study.provenance),
                 why_no_plots.empty(), frames);
     if (!arguments_.drawing.is_left_out && !why_no_plots.empty()) {
-      if (!is_stopped) {
+      if (!InterruptGuard::interrupted() && !is_stopped) {
         print_warning("plots are missing: " + why_no_plots);
-      } else if (!is_quiet()) {
+      } else if (is_stopped && !is_quiet()) {
         print_note(
             "the plots were not drawn, because the study was interrupted: the same command makes "
             "the runs that are missing, and draws them");
       }
     }
-    return is_stopped ? InterruptGuard::exit_code() : 0;
+    return is_stopped || InterruptGuard::interrupted() ? InterruptGuard::exit_code() : 0;
   }
 
   const StudyArguments& arguments_;

@@ -11,6 +11,7 @@
 
 #include "cli/command_line.h"
 #include "cli/console.h"
+#include "cli/interrupt_guard.h"
 #include "cli/study_output.h"
 #include "commands.h"
 #include "io/results/result_folders.h"
@@ -66,7 +67,7 @@ struct MergeArguments {
   StudyDrawing drawing;
 };
 
-void merge_studies(const MergeArguments& arguments) {
+int merge_studies(const MergeArguments& arguments) {
   check_view(arguments.view);
   for (const std::string& study : arguments.studies) {
     std::error_code not_there;
@@ -81,14 +82,16 @@ void merge_studies(const MergeArguments& arguments) {
   merged.copy_runs(directory.temporary());
   const FinishedStudy study{
       merged.result(), merged.scene(), arguments.out, {command_line(), utc_now(), merged.plan()}};
-  const std::string why_no_plots =
-      write_study_files(study, directory.temporary(), arguments.drawing, false, {});
+  const std::string why_no_plots = write_study_files(
+      study, directory.temporary(), arguments.drawing, false, arguments.view.quiet, {});
   directory.finish();
   print_study(study, arguments.view, study_json(study.result, study.scene, study.provenance),
               why_no_plots.empty(), {});
-  if (!arguments.drawing.is_left_out && !why_no_plots.empty()) {
+  const bool is_stopped = InterruptGuard::interrupted();
+  if (!arguments.drawing.is_left_out && !why_no_plots.empty() && !is_stopped) {
     print_warning("the plots were not drawn: " + why_no_plots);
   }
+  return is_stopped ? InterruptGuard::exit_code() : 0;
 }
 
 }  // namespace
@@ -154,8 +157,7 @@ void add_study_merge_command(CLI::App& study, int& exit_code) {
   add_drawing_options(*command, arguments->drawing);
   command->callback([arguments, command, &study, &exit_code] {
     refuse_options_of_study(study, *command);
-    merge_studies(*arguments);
-    exit_code = 0;
+    exit_code = merge_studies(*arguments);
   });
 }
 

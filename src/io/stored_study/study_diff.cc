@@ -128,6 +128,7 @@ std::vector<std::string> StudyDiff::notes() const {
        "The studies have different references, {} and {}. Their errors differ by as much as these "
        "references do.");
   note(a_.study.scene, b_.study.scene, "The scenes have different names, \"{}\" and \"{}\".");
+  for (const std::string& difference : differences_of_scenes()) notes.push_back(difference);
   note(a_.error, b_.error,
        "The orders of A are those of the error \"{}\", and those of B of \"{}\".");
   note(a_.study.provenance.version, b_.study.provenance.version,
@@ -145,6 +146,40 @@ std::vector<std::string> StudyDiff::notes() const {
         "the study with --jobs 1 to measure them.");
   }
   return notes;
+}
+
+// What the runs compute, as far as the studies tell.
+std::vector<std::string> StudyDiff::differences_of_scenes() const {
+  std::vector<std::string> differences;
+  const StudyResult& a = a_.study.result;
+  const StudyResult& b = b_.study.result;
+  if (a.end != b.end) {
+    differences.push_back(
+        fmt::format("The scenes end at different times, {} s and {} s.", a.end, b.end));
+  }
+  if (!a_.study.plan || !b_.study.plan) return differences;
+  const RunDigests& own = a_.study.plan->digests;
+  const RunDigests& its = b_.study.plan->digests;
+  bool has_other_mesh = false;
+  bool has_other_scene = false;
+  // Both have as many digests as variants, of which there is at least one without a name.
+  const auto name = [](const StudyResult& result, std::size_t i) {
+    return i < result.variants.size() ? result.variants[i].name : std::string();
+  };
+  for (std::size_t i = 0; i < own.scenes().size(); ++i) {
+    for (std::size_t k = 0; k < its.scenes().size(); ++k) {
+      if (name(a, i) != name(b, k)) continue;
+      has_other_mesh = has_other_mesh || own.meshes()[i] != its.meshes()[k];
+      has_other_scene = has_other_scene || own.scenes()[i] != its.scenes()[k];
+    }
+  }
+  if (has_other_mesh) differences.emplace_back("The meshes differ.");
+  if (has_other_scene && a.end == b.end) {
+    differences.emplace_back(
+        "The scenes, or files that they read, differ in other keys than [output]: equal runs "
+        "compute different motions.");
+  }
+  return differences;
 }
 
 std::string StudyDiff::head(char letter, const Side& side) {

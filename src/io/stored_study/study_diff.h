@@ -37,6 +37,7 @@ class StudyDiff {
   };
 
   std::vector<std::string> notes() const;
+  std::vector<std::string> differences_of_scenes() const;
   bool has_one_machine() const;
   static std::string head(char letter, const Side& side);
   static std::string only_in(char letter, const Side& side);

@@ -66,7 +66,11 @@ MergedStudy::MergedStudy(const std::vector<std::string>& directories) : director
   result_.target = studies_.front().result.target;
   for (const StoredStudy& study : studies_) {
     if (study.result.target != result_.target) result_.target.reset();
-    if (!result_.mesh_check) result_.mesh_check = study.result.mesh_check;
+    if (!result_.mesh_check && study.result.mesh_check) {
+      result_.mesh_check = study.result.mesh_check;
+      const std::size_t place = static_cast<std::size_t>(&study - studies_.data());
+      mesh_check_folder_ = directories_[place] + "/" + result_.mesh_check->directory;
+    }
     for (const RuleFinding& finding : study.result.findings) {
       const bool is_known = std::any_of(
           result_.findings.begin(), result_.findings.end(), [&](const RuleFinding& other) {
@@ -120,7 +124,7 @@ void MergedStudy::join_runs() {
   struct Run {
     PlannedRun run;
     std::string folder;
-    std::size_t rule;  // the place of the first run with its variant and integrator
+    std::size_t rule;  // the place of the first run with its variant and rule
   };
   std::vector<Run> joined;
   for (std::size_t i = 0; i < studies_.size(); ++i) {
@@ -132,7 +136,7 @@ void MergedStudy::join_runs() {
       auto known = find([&](const Run& each) { return each.run.directory == run.directory; });
       if (known == joined.end()) {
         const auto first = find([&](const Run& each) {
-          return each.run.variant == run.variant && each.run.integrator == run.integrator;
+          return each.run.variant == run.variant && each.run.rule() == run.rule();
         });
         joined.push_back({run, "", static_cast<std::size_t>(first - joined.begin())});
         known = joined.end() - 1;
@@ -249,14 +253,12 @@ std::string MergedStudy::plan() const {
 
 void MergedStudy::copy_runs(const std::string& directory) const {
   StudyJournal journal(directory);
-  for (std::size_t i = 0; i < folders_.size(); ++i) {
-    if (folders_[i].empty()) continue;
-    const std::string& name = plan_.runs[i].directory;
+  const auto copy = [&](const std::string& run, const std::string& name) {
     const std::string folder = directory + "/" + name;
     journal.begin(name);
     make_own_directory(folder);
     for (const char* file : kRunFiles) {
-      const fs::path from = fs::path(folders_[i]) / file;
+      const fs::path from = fs::path(run) / file;
       if (!is_plain_file(from)) continue;
       const std::string to = folder + "/" + file;
       std::error_code problem;
@@ -264,7 +266,12 @@ void MergedStudy::copy_runs(const std::string& directory) const {
       if (problem) fail_to_write(to, problem.value());
     }
     journal.complete(name);
+  };
+  for (std::size_t i = 0; i < folders_.size(); ++i) {
+    if (!folders_[i].empty()) copy(folders_[i], plan_.runs[i].directory);
   }
+  const auto& check = result_.mesh_check;
+  if (check && !check->directory.empty()) copy(mesh_check_folder_, check->directory);
 }
 
 }  // namespace tetraction

@@ -38,6 +38,7 @@ class MergedStudy {
   std::vector<StoredStudy> studies_;
   StudyPlan plan_;
   std::vector<std::string> folders_;  // of the runs of the plan; empty if nobody made the run
+  std::string mesh_check_folder_;     // of the run on a finer mesh, if there is one
   StudyResult result_;
 };
 

@@ -30,6 +30,7 @@ constexpr double kBusy = 1.2;
 class Facts {
  public:
   explicit Facts(const StudyResult& result) : result_(result) {
+    std::size_t asked = 0;
     for (const StudyRow& row : result.rows) {
       if (row.variant != result.rows.front().variant) continue;
       if (row.role == StudyRole::kReference) continue;  // nobody asked for it
@@ -38,9 +39,9 @@ class Facts {
       if (std::find(rules_.begin(), rules_.end(), rule_name(row)) == rules_.end()) {
         rules_.push_back(rule_name(row));
       }
-      if (row.status == RunStatus::kFinished && row.role == StudyRole::kRun && !row.is_reference &&
-          std::isfinite(error_of(row))) {
+      if (row.status == RunStatus::kFinished && !row.is_reference && std::isfinite(error_of(row))) {
         compared_.push_back(&row);
+        asked += row.role == StudyRole::kRun ? 1U : 0U;
       }
     }
     answer_.has_comparable_costs =
@@ -51,6 +52,7 @@ class Facts {
                     }) &&
         !rows_.empty();
     answer_.compared = compared_.size();
+    answer_.asked = asked;
     answer_.shared = static_cast<std::size_t>(
         std::count_if(compared_.begin(), compared_.end(),
                       [](const StudyRow* row) { return row->shares_machine; }));
@@ -209,7 +211,10 @@ class Facts {
                              std::abs(error - before) < kScatter * before && error < kLargeError &&
                              before > 1e3 * round_off_level(*row);
           const bool is_own = row->integrator == result_.reference_integrator;
-          if (place == 1 && agree && (!is_own || is_extrapolated(result_))) {
+          // The largest samples of two steps may agree by chance.
+          const bool may_tell =
+              result_.error_kind != ErrorKind::kPeak && (!is_own || is_extrapolated(result_));
+          if (place == 1 && agree && may_tell) {
             answer_.rule_beside_reference = rule;
           }
         }
@@ -218,7 +223,7 @@ class Facts {
       }
     }
     answer_.compares_phase = result_.error_kind == ErrorKind::kProbe &&
-                             (!answer_.is_monotone || 3 * answer_.large_errors > answer_.compared);
+                             (!answer_.is_monotone || 3 * answer_.large_errors > answer_.asked);
   }
 
   const StudyResult& result_;
@@ -255,6 +260,14 @@ double stable_step_of(const StudyResult& result, const std::string& variant) {
   return kNoNumber;
 }
 
+// The peak or the frequency in a run; NaN if it is not known.
+double value_in(const StudyResult& result, const std::string& directory) {
+  for (const StudyRow& row : result.rows) {
+    if (row.directory == directory) return row.probe_value;
+  }
+  return kNoNumber;
+}
+
 // One line for each variant. Those that share a reference have no answer of their own.
 void add_variants(const StudyResult& result, StudyAnswer& answer) {
   double target = kTargets[1];
@@ -263,6 +276,8 @@ void add_variants(const StudyResult& result, StudyAnswer& answer) {
       target = each.target;
     }
   }
+  answer.has_signed_changes =
+      result.error_kind == ErrorKind::kPeak || result.error_kind == ErrorKind::kFrequency;
   const std::vector<StudyResult> parts = parts_of_study(result);
   const auto places = references_of_variants(result);
   for (const VariantValues& values : result.variants) {
@@ -270,13 +285,17 @@ void add_variants(const StudyResult& result, StudyAnswer& answer) {
     variant.name = values.name;
     variant.values = values.values;
     variant.stable_step = stable_step_of(result, variant.name);
-    variant.difference = variant.reference_error = kNoNumber;
+    variant.difference = variant.change = variant.reference_error = kNoNumber;
     compare_costs(result, variant);
     const auto place = places.find(values.name);
     if (place != places.end()) {
       const VariantReference& reference = result.references[place->second];
       const ReferenceDifference& difference = reference.difference;
       variant.difference = result.error_probe.empty() ? difference.position : difference.probe;
+      variant.change = answer.has_signed_changes
+                           ? std::log(value_in(result, reference.directory) /
+                                      value_in(result, result.references.front().directory))
+                           : variant.difference;
       variant.reference_error = reference.error;
       if (reference.variant == values.name) {
         const StudyResult& part = parts[place->second];
@@ -315,17 +334,19 @@ void add_sensitivities(StudyAnswer& answer) {
       before = &answer.variants.front().values[i];
       ++changes;
     }
-    if (changes != 1 || !std::isfinite(variant.difference)) continue;
+    if (changes != 1 || !std::isfinite(variant.change)) continue;
     const auto value = varied_number(varied->value);
     const auto first = varied_number(before->value);
     if (!value || !first) continue;
-    const double ratio = std::abs(std::log(*value / *first));
+    const double ratio = std::log(*value / *first);
     const auto known = nearest.find(varied->key);
-    if (known != nearest.end() && known->second <= ratio) continue;
-    nearest[varied->key] = ratio;
+    if (known != nearest.end() && known->second <= std::abs(ratio)) continue;
+    nearest[varied->key] = std::abs(ratio);
     std::erase_if(answer.sensitivities,
                   [&](const Sensitivity& other) { return other.key == varied->key; });
-    answer.sensitivities.push_back({varied->key, variant.name, variant.difference / ratio});
+    answer.sensitivities.push_back(
+        {varied->key, variant.name,
+         variant.change / (answer.has_signed_changes ? ratio : std::abs(ratio))});
   }
 }
 
@@ -342,6 +363,7 @@ nlohmann::ordered_json json_of(const RuleAnswer& rule) {
     json["max_relative_energy_drift"] = json_number(rule.run->max_relative_energy_drift);
     json["time_scatter"] = json_number(rule.run->time_scatter);
     json["directory"] = rule.run->directory;
+    json["value"] = json_number(rule.run->probe_value);
   }
   return json;
 }
@@ -403,8 +425,10 @@ nlohmann::ordered_json answer_json(const StudyAnswer& answer) {
   }
   json["sensitivities"] = nlohmann::ordered_json::array();
   for (const Sensitivity& each : answer.sensitivities) {
-    json["sensitivities"].push_back(
-        {{"key", each.key}, {"variant", each.variant}, {"value", json_number(each.value)}});
+    json["sensitivities"].push_back({{"key", each.key},
+                                     {"variant", each.variant},
+                                     {"value", json_number(each.value)},
+                                     {"has_sign", answer.has_signed_changes}});
   }
   return json;
 }

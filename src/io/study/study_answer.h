@@ -56,6 +56,8 @@ struct VariantAnswer {
   std::vector<VariedValue> values;
   double stable_step = 0.0;  ///< of its first row, s
   double difference = 0.0;   ///< of its motion from that of the first one; NaN if it is not known
+  double change =
+      0.0;  ///< ln of the ratio of peaks or frequencies to that of the first one; else `difference`
   double reference_error = 0.0;  ///< of its reference
   double least_cost_ratio =
       0.0;  ///< to that of the first one with equal rules and steps; NaN if unknown
@@ -64,7 +66,8 @@ struct VariantAnswer {
       answer;  ///< for the strictest target of which the first variant has a cheapest run, or for 1 %
 };
 
-/// A relative change of the motion per relative change of a varied number, from the first variant.
+/// A relative change per relative change of a varied number, from the first variant; both as natural logarithms of the
+/// ratio, but the change of a motion, which has no sign, as VariantAnswer::difference.
 struct Sensitivity {
   std::string key;
   std::string variant;  ///< with the smallest change of the number
@@ -80,8 +83,9 @@ struct StudyAnswer {
   double reference_error = 0.0;  ///< NaN if it is not known
   /// A rule whose two finest runs agree better with each other than with the reference. Empty if there is none.
   std::string rule_beside_reference;
-  std::size_t compared = 0;      ///< runs of the first variant with an error
-  std::size_t large_errors = 0;  ///< those with an error above 30 %
+  std::size_t compared = 0;      ///< runs of the first variant with an error, also trials
+  std::size_t asked = 0;         ///< those of them that are no trials
+  std::size_t large_errors = 0;  ///< those of the latter with an error above 30 %
   bool is_monotone = true;       ///< whether errors grow with the step
   bool compares_phase = false;   ///< whether these errors say little but a difference of phase
   bool has_comparable_costs =
@@ -90,6 +94,7 @@ struct StudyAnswer {
   bool uses_processor_time = false;     ///< costs are processor times, because the machine was busy
   std::vector<VariantAnswer> variants;  ///< empty without variants
   std::vector<Sensitivity> sensitivities;
+  bool has_signed_changes = false;  ///< whether the error is that of a peak or a frequency
 };
 
 /// The facts of a study.
@@ -106,6 +111,8 @@ std::vector<StudyConclusion> study_conclusions(const StudyResult& result);
 
 /// What the search of steps found besides the table of the answer: what limits a step, and the largest stable steps.
 std::vector<std::string> finding_sentences(const StudyResult& result);
+/// How far the variants differ, and what that costs; empty with fewer than two.
+std::vector<std::string> variant_sentences(const StudyResult& result, const StudyAnswer& answer);
 /// What the run on a finer mesh tells; empty without a value.
 std::vector<std::string> mesh_sentences(const StudyResult& result);
 /// StudyAnswer::troubles. Rules with the same reason share a sentence. Where the search found how long stable steps

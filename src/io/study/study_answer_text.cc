@@ -26,26 +26,30 @@ bool has_equal_runs(const TargetAnswer& a, const TargetAnswer& b) {
                     });
 }
 
-void add_columns(StudyGrid& grid) {
+// `value` is the heading of a peak or a frequency; empty without one.
+void add_columns(StudyGrid& grid, const std::string& value) {
   grid.column("step [s]");
-  for (const char* head : {"h/h_crit", "error", "cost"}) grid.column(head);
+  grid.column("h/h_crit");
+  if (!value.empty()) grid.column(value);
+  for (const char* head : {"error", "cost"}) grid.column(head);
 }
 
-void add_cells(StudyGrid& grid, const RuleAnswer* rule, double cost) {
+void add_cells(StudyGrid& grid, const RuleAnswer* rule, double cost, bool has_value) {
   const double none = std::nan("");
   const bool has_run = rule != nullptr && rule->run != nullptr;
   grid.number(has_run ? rule->run->step : none);
   grid.number(has_run ? rule->run->step / rule->run->stable_step : none, "{:.3g}");
+  if (has_value) grid.number(has_run ? rule->run->probe_value : none, "{:.6g}");
   grid.number(has_run ? rule->error : none);
   grid.number(cost, "{:.3g}");
 }
 
 // A line for each rule and target. Targets with the same lines are named together.
-StudyGrid grid_of_rules(const StudyAnswer& answer, bool repeats) {
+StudyGrid grid_of_rules(const StudyAnswer& answer, const std::string& value, bool repeats) {
   StudyGrid grid;
   grid.column("error below", true);
   grid.column("rule", true);
-  add_columns(grid);
+  add_columns(grid, value);
   grid.column("energy");
   grid.column("verdict", true);
   for (std::size_t i = 0; i < answer.targets.size(); ++i) {
@@ -61,7 +65,7 @@ StudyGrid grid_of_rules(const StudyAnswer& answer, bool repeats) {
       grid.row(rule.rule);
       grid.text(repeats || &rule == &target.rules.front() ? name : " ");
       grid.text(rule.rule);
-      add_cells(grid, &rule, rule.relative_cost);
+      add_cells(grid, &rule, rule.relative_cost, !value.empty());
       grid.number(rule.run != nullptr ? rule.run->max_relative_energy_drift : std::nan(""));
       grid.text(to_string(rule.verdict));
     }
@@ -70,13 +74,13 @@ StudyGrid grid_of_rules(const StudyAnswer& answer, bool repeats) {
 }
 
 // A line for each variant with its cheapest rule. Costs are relative to those of the first variant.
-StudyGrid grid_of_variants(const StudyAnswer& answer) {
+StudyGrid grid_of_variants(const StudyAnswer& answer, const std::string& value) {
   StudyGrid grid;
   grid.column("variant", true);
   grid.column("difference");
   grid.column("h_crit [s]");
   grid.column("rule", true);
-  add_columns(grid);
+  add_columns(grid, value);
   grid.column("verdict", true);
   const RuleAnswer* first = answer.variants.front().answer.best();
   for (const VariantAnswer& variant : answer.variants) {
@@ -87,7 +91,8 @@ StudyGrid grid_of_variants(const StudyAnswer& answer) {
     grid.number(variant.stable_step);
     grid.text(rule != nullptr ? rule->rule : "");
     const bool is_measured = rule != nullptr && first != nullptr;
-    add_cells(grid, rule, is_measured ? rule->cost / first->cost : variant.least_cost_ratio);
+    add_cells(grid, rule, is_measured ? rule->cost / first->cost : variant.least_cost_ratio,
+              !value.empty());
     const bool is_own = !variant.answer.rules.empty();
     const StudyVerdict verdict = rule != nullptr ? StudyVerdict::kMet : StudyVerdict::kNotMet;
     grid.text(is_own ? fmt::format("{}: {} %", to_string(verdict),
@@ -100,7 +105,8 @@ StudyGrid grid_of_variants(const StudyAnswer& answer) {
 StudyGrid answer_grid(const StudyResult& result, const StudyAnswer& answer, bool repeats) {
   // Whether each variant has an answer of its own.
   const bool is_sweep = result.references.size() > 1 && !answer.variants.empty();
-  return is_sweep ? grid_of_variants(answer) : grid_of_rules(answer, repeats);
+  const std::string value = value_heading(result);
+  return is_sweep ? grid_of_variants(answer, value) : grid_of_rules(answer, value, repeats);
 }
 
 // At most so many lines, of which the last one then says how many there are besides.

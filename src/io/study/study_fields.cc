@@ -8,6 +8,7 @@
 
 #include "io/text/foreign_json.h"
 #include "study_grid.h"
+#include "study_names.h"
 #include "study_row_json.h"
 #include "tetraction/core/error.h"
 
@@ -58,6 +59,7 @@ const std::array kFields{
     StudyField{"solver", &Row::solver, kFiles | kTables, 3, "solver"},
     StudyField{"compares_solver", &Row::compares_solver, kInJson},
     StudyField{"probe_error", &Row::probe_error, kError, 17, "probe.err", "{:.2e}"},
+    StudyField{"probe_value", &Row::probe_value, kFiles | kTables, 17, "value", "{:.6g}"},
     StudyField{"date", &Row::date, kFiles},
     StudyField{"processor", &Row::processor, kFiles},
     StudyField{"cores", &Row::cores, kFiles},
@@ -160,6 +162,11 @@ std::vector<const StudyField*> shown_fields(StudyPlace place) {
   std::stable_sort(fields.begin(), fields.end(),
                    [](const StudyField* a, const StudyField* b) { return a->rank < b->rank; });
   return fields;
+}
+
+std::string heading_of(const StudyField& field, const StudyResult& result) {
+  const bool is_value = field.member == StudyField::Member(&Row::probe_value);
+  return is_value ? value_heading(result) : field.heading;
 }
 
 nlohmann::ordered_json field_value(const StudyField& field, const StudyRow& row) {

@@ -54,6 +54,9 @@ std::span<const StudyField> study_fields();
 /// The members that tables of this kind show, in the order of their columns.
 std::vector<const StudyField*> shown_fields(StudyPlace place);
 
+/// The heading of its column in the tables of a study.
+std::string heading_of(const StudyField& field, const StudyResult& result);
+
 /// The value as a file has it. Numbers that are not known are null.
 nlohmann::ordered_json field_value(const StudyField& field, const StudyRow& row);
 

@@ -1,5 +1,6 @@
-// What the search of steps found for each rule, in sentences and as JSON.
+// What the search of steps found for each rule, in sentences and as JSON, and what a finer mesh and the variants tell.
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
@@ -88,6 +89,87 @@ bool has_stable_step(const RuleFinding& finding) {
   return finding.stable && finding.stable->runs > 0;
 }
 
+using VariantSentences = std::vector<std::string>;
+
+// Which reference the variants have.
+std::string references(const StudyResult& result, const std::string& first) {
+  if (result.references.size() < 2) {
+    return fmt::format(
+        "All variants are compared with the reference of {0}, because they differ only in keys "
+        "that "
+        "leave the exact motion as it is. The other sentences are about {0}.",
+        first);
+  }
+  return fmt::format(
+      "The study has {} references, because the variants have different exact motions. "
+      "Sentences "
+      "that name no variant are about {}.",
+      result.references.size(), first);
+}
+
+// Empty if no variant meets the target.
+std::string cheapest_rules(const StudyAnswer& answer) {
+  VariantSentences rules;
+  double target = 0.0;
+  for (const VariantAnswer& variant : answer.variants) {
+    const RuleAnswer* best = variant.answer.best();
+    if (best == nullptr) continue;
+    target = variant.answer.target;
+    if (std::find(rules.begin(), rules.end(), best->rule) == rules.end()) {
+      rules.push_back(best->rule);
+    }
+  }
+  if (rules.empty()) return {};
+  return fmt::format(
+      "For {} of {} the cheapest rule of {} is {}.", with_article(answer.error), percent(target),
+      rules.size() == 1 ? "all variants that reach it" : "each variant", fmt::join(rules, " or "));
+}
+
+// The same for all variants, or the smallest and the largest one.
+std::string stability_limits(const StudyAnswer& answer) {
+  std::vector<const VariantAnswer*> known;
+  for (const VariantAnswer& variant : answer.variants) {
+    if (std::isfinite(variant.stable_step)) known.push_back(&variant);
+  }
+  if (known.size() < 2) return {};
+  const auto [low, high] = std::minmax_element(known.begin(), known.end(),
+                                               [](const VariantAnswer* a, const VariantAnswer* b) {
+                                                 return a->stable_step < b->stable_step;
+                                               });
+  const double least = (*low)->stable_step;
+  const double most = (*high)->stable_step;
+  if (most - least <= 1e-3 * most) {
+    return fmt::format("The stability limit is {} s for all variants.", short_number(least));
+  }
+  return fmt::format("The stability limit lies between {} s ({}) and {} s ({}).",
+                     short_number(least), (*low)->name, short_number(most), (*high)->name);
+}
+
+std::string wall_times(const VariantAnswer& variant, const std::string& first) {
+  const std::string least = two_digits(variant.least_cost_ratio);
+  const std::string most = two_digits(variant.most_cost_ratio);
+  return fmt::format("With equal rules and steps {} takes {} times the wall time of {}.",
+                     variant.name, least == most ? least : least + " to " + most, first);
+}
+
+// How far the motion of the variants is from that of the first one. Empty if it is not known.
+std::string farthest(const StudyResult& result, const StudyAnswer& answer,
+                     const std::string& motion) {
+  const auto far =
+      std::max_element(answer.variants.begin(), answer.variants.end(),
+                       [](const VariantAnswer& a, const VariantAnswer& b) {
+                         return !std::isnan(b.difference) && !(a.difference >= b.difference);
+                       });
+  if (std::isfinite(far->difference)) {
+    return fmt::format("The {} differs from that of {} by up to {} ({}).", motion,
+                       answer.variants.front().name, percent(far->difference), far->name);
+  }
+  if (result.references.size() < 2 || !result.error_probe.empty()) return {};
+  return "Positions on different meshes are not compared: --error probe.NAME compares the values "
+         "of "
+         "a probe.";
+}
+
 }  // namespace
 
 std::vector<std::string> finding_sentences(const StudyResult& result) {
@@ -126,11 +208,38 @@ std::vector<std::string> mesh_sentences(const StudyResult& result) {
         check->tetrahedra, to_string(check->status))};
   }
   if (!std::isfinite(check->difference)) return {};
-  return {
-      fmt::format("On a mesh with half the edge length ({} tetrahedra) the same run gives a result "
-                  "that differs "
-                  "by {}: time steps with a much smaller error gain nothing on this mesh.",
-                  check->tetrahedra, percent(check->difference))};
+  return {fmt::format(
+      "On a mesh with half the edge length ({} tetrahedra) the same run gives a result that "
+      "differs "
+      "by {}, so that the error of this mesh is about {} where the motion is smooth: time steps "
+      "with a much smaller error gain nothing on it.",
+      check->tetrahedra, percent(check->difference), percent(check->estimated_error()))};
+}
+
+std::vector<std::string> variant_sentences(const StudyResult& result, const StudyAnswer& answer) {
+  if (answer.variants.size() < 2) return {};
+  const std::string& first = answer.variants.front().name;
+  const std::string motion = result.error_probe.empty() ? "motion" : quantity_name(result);
+  VariantSentences sentences{references(result, first)};
+  if (result.references.size() > 1) sentences.push_back(cheapest_rules(answer));
+  sentences.push_back(stability_limits(answer));
+  for (std::size_t i = 1; i < answer.variants.size() && answer.variants.size() <= kMostNamed; ++i) {
+    if (std::isfinite(answer.variants[i].least_cost_ratio)) {
+      sentences.push_back(wall_times(answer.variants[i], first));
+    }
+  }
+  sentences.push_back(farthest(result, answer, motion));
+  for (const auto& [key, variant, value] : answer.sensitivities) {
+    sentences.push_back(answer.has_signed_changes
+                            ? fmt::format("{} by 1 % changes the {} by about {}{} ({}).",
+                                          capitalised("an increase of " + key),
+                                          quantity_name(result), value < 0.0 ? "−" : "+",
+                                          percent(0.01 * std::abs(value)), variant)
+                            : fmt::format("A change of {} by 1 % changes the {} by about {} ({}).",
+                                          key, motion, percent(0.01 * value), variant));
+  }
+  std::erase(sentences, "");
+  return sentences;
 }
 
 nlohmann::ordered_json findings_json(const StudyResult& result) {

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <charconv>
 #include <cmath>
 #include <string_view>
@@ -12,10 +13,13 @@
 #include "io/results/result_folders.h"
 #include "io/text/output_file.h"
 #include "simulation/scene/parallel_features.h"
+#include "study_names.h"
 #include "tetraction/core/error.h"
 #include "tetraction/core/provenance.h"
+#include "tetraction/io/initial_fields.h"
 #include "tetraction/io/run_recorder.h"
 #include "tetraction/simulation/scene_objects.h"
+#include "tetraction/simulation/warnings.h"
 
 namespace tetraction {
 namespace {
@@ -108,16 +112,56 @@ void read_part(const std::string& text, StudyInputs& inputs) {
   }
 }
 
+// Warnings about the materials of variants. Those of one kind are one, with the names of the further variants.
+class MaterialWarnings {
+ public:
+  void add(const std::string& variant, const MechanicalSystem& system) {
+    for (std::size_t kind = 0; kind < kKinds.size(); ++kind) {
+      const std::string text = kKinds[kind](system);
+      if (text.empty()) continue;
+      if (texts_[kind].empty()) {
+        texts_[kind] = variant.empty() ? text : fmt::format("the variant {}: {}", variant, text);
+      } else {
+        others_[kind].push_back(variant);
+      }
+    }
+  }
+
+  std::vector<std::string> all() const {
+    std::vector<std::string> warnings;
+    for (std::size_t kind = 0; kind < kKinds.size(); ++kind) {
+      if (texts_[kind].empty()) continue;
+      warnings.push_back(texts_[kind]);
+      if (others_[kind].empty()) continue;
+      warnings.back() += fmt::format(" The same kind of warning applies to {}.",
+                                     enumeration(others_[kind], kMostNamed));
+    }
+    return warnings;
+  }
+
+ private:
+  static constexpr std::array kKinds{locking_warning, thin_wall_warning, instability_warning};
+  std::array<std::string, kKinds.size()> texts_;
+  std::array<std::vector<std::string>, kKinds.size()> others_;
+};
+
 StudyInputs checked(StudyInputs inputs) {
   require_local_engine(inputs.scene);
+  MaterialWarnings warnings;
+  if (inputs.settings.variants.empty()) {
+    warnings.add("", *make_system(inputs.scene, *inputs.mesh));
+  }
   for (const StudyVariant& variant : inputs.settings.variants) {
     require_local_engine(variant.scene);
     try {
-      check_events(variant.scene, *make_system(variant.scene, *variant.mesh));
+      const auto system = make_system(variant.scene, *variant.mesh);
+      check_events(variant.scene, *system);
+      warnings.add(variant.name, *system);
     } catch (const InputError& error) {
       throw InputError(in_variant(variant, error.what()));
     }
   }
+  inputs.warnings = warnings.all();
   return inputs;
 }
 
@@ -233,8 +277,24 @@ TrackedRun StudyMaker::make_one(const StudyPlan& plan, const PlannedRun& run, co
                           inputs_.options.plan ? StudyProgress() : hooks_.progress, memory(folder));
 }
 
+// The mesh of the mesh check, or null. Fields that are given by formulas are exact there; others are interpolated.
+std::shared_ptr<const TetMesh> StudyMaker::fine_mesh() const {
+  if (!inputs_.options.mesh_check) return nullptr;
+  TetMesh fine = mesh_of_mesh_check(frame_, *inputs_.mesh);
+  InitialSettings initial = frame_.variants.front().scene.initial;
+  for (FieldSettings* field : {&initial.displacement_field, &initial.velocity_field}) {
+    if (!field->file.empty()) *field = {};
+  }
+  add_initial_fields(initial, fine);
+  return std::make_shared<const TetMesh>(std::move(fine));
+}
+
 bool StudyMaker::choose() {
   StudyRequests requests = inputs_.requests;
+  const std::shared_ptr<const TetMesh> fine = fine_mesh();
+  for (const std::string& warning : inputs_.warnings) {
+    if (hooks_.warn) hooks_.warn(warning);
+  }
   // What the choice of steps depends on.
   const std::string digest = digests_.of(planned_run(frame_, 0, Integrator::kVerlet, frame_.end));
   if (goes_on_) requests.seconds_per_step = times_of_choice(inputs_.directory, digest);
@@ -257,7 +317,7 @@ bool StudyMaker::choose() {
         inputs_.options.part, plan_.runs.size()));
   }
   leave_to_others(plan_, inputs_.part, inputs_.parts);
-  if (inputs_.options.mesh_check) finer_ = mesh_check_plan(plan_, *inputs_.mesh);
+  if (fine) finer_ = mesh_check_plan(plan_, fine);
   if (folder_) check_folder_of_study(plan_, inputs_.directory);
   if (folder_ && finer_) check_folder_of_study(*finer_, inputs_.directory);
   chosen_ = std::move(chosen);

@@ -46,9 +46,10 @@ struct StudyInputs {
   std::size_t parts = 1;
   Scene scene;  ///< the first variant
   std::shared_ptr<const TetMesh> mesh{};
-  std::string name{};       ///< of the scene
-  std::string directory{};  ///< of the results; empty: everything stays in memory
-  bool keeps_runs = true;   ///< whether scene and mesh tell what the runs of a study compute
+  std::vector<std::string> warnings{};  ///< of materials, each once; StudyMaker fills them in
+  std::string name{};                   ///< of the scene
+  std::string directory{};              ///< of the results; empty: everything stays in memory
+  bool keeps_runs = true;  ///< whether scene and mesh tell what the runs of a study compute
 };
 
 /// Reads the options and the scene; all but the last four members. Throws InputError for options that are malformed or
@@ -68,6 +69,8 @@ struct StudyHooks {
   std::function<bool()> is_stopped{};  ///< whether the study is to end, as its observers end a run
   std::function<int()> stop_code{};    ///< RunRecorder::set_stop_code()
   std::function<void(const std::string&)> tell{};  ///< gets notes for the user
+  std::function<void(const std::string&)>
+      warn{};  ///< gets warnings about the materials, before the first run
 };
 
 /// A run of a plan.
@@ -119,6 +122,7 @@ class StudyMaker {
   ObserverFactory observers(StudyFolder* folder);
   TrackedRun make_one(const StudyPlan& plan, const PlannedRun& run, const TetMesh& mesh,
                       StudyFolder* folder);
+  std::shared_ptr<const TetMesh> fine_mesh() const;
   MeshCheck check_mesh(const StudyResult& result);
   void tell_of_kept_runs(const StudyResult& result) const;
 

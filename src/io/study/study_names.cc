@@ -7,6 +7,8 @@
 #include <cmath>
 #include <limits>
 
+#include "tetraction/simulation/quantities.h"
+
 namespace tetraction {
 
 std::map<std::string, std::size_t> references_of_variants(const StudyResult& result) {
@@ -93,6 +95,15 @@ std::string short_number(double value) {
   return digits + 'e' + (text[exponent + 1] == '-' ? "-" : "") + text.substr(power);
 }
 
+std::string two_digits(double ratio) {
+  const double unit = std::pow(10.0, std::floor(std::log10(ratio)) - 1.0);
+  return short_number(std::round(ratio / unit) * unit);
+}
+
+std::string with_article(const std::string& error) {
+  return (error.front() == 'e' ? "an " : "a ") + error;
+}
+
 std::string capitalised(std::string text) {
   if (!text.empty() && text.front() >= 'a' && text.front() <= 'z') {
     text.front() = static_cast<char>(text.front() - 'a' + 'A');
@@ -152,10 +163,33 @@ std::string error_word(const StudyResult& result) {
 
 std::string error_name(const StudyResult& result) {
   if (result.error_probe.empty()) return "position error";
-  const std::string part = result.error_kind == ErrorKind::kPeak        ? "peak of the "
-                           : result.error_kind == ErrorKind::kFrequency ? "frequency of the "
-                                                                        : "";
-  return fmt::format("error of the {}{}", part, series_name(result));
+  return "error of the " + quantity_name(result);
+}
+
+std::string value_name(const StudyResult& result) {
+  return result.error_kind == ErrorKind::kPeak        ? "peak"
+         : result.error_kind == ErrorKind::kFrequency ? "frequency"
+                                                      : "";
+}
+
+std::string value_unit(const StudyResult& result) {
+  if (result.error_kind == ErrorKind::kFrequency) return "Hz";
+  for (const ProbeColumns& probe : result.probes) {
+    if (probe.name == result.error_probe) return quantity_of(probe.quantity).unit;
+  }
+  return {};
+}
+
+std::string value_heading(const StudyResult& result) {
+  const std::string name = value_name(result);
+  if (name.empty() || value_unit(result).empty()) return name;
+  return fmt::format("{} [{}]", name, value_unit(result));
+}
+
+std::string quantity_name(const StudyResult& result) {
+  const std::string name = value_name(result);
+  return name.empty() ? series_name(result)
+                      : fmt::format("{} of the {}", name, series_name(result));
 }
 
 std::string series_name(const StudyResult& result) {

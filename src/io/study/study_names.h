@@ -37,6 +37,12 @@ std::string percent(double share);
 /// A number with up to three digits in the shortest form: 7.2e-5, 0.018, 12.
 std::string short_number(double value);
 
+/// Two digits, as many as single measurements of times have.
+std::string two_digits(double ratio);
+
+/// "an error of the probe tip", "a position error".
+std::string with_article(const std::string& error);
+
 /// The text with a capital at the beginning.
 std::string capitalised(std::string text);
 
@@ -63,6 +69,14 @@ std::string reason_of(const StudyRow& row);
 std::string error_word(const StudyResult& result);
 /// "position error", "error of the probe tip", "error of the peak of the probe tip".
 std::string error_name(const StudyResult& result);
+/// "peak" or "frequency": what StudyRow::probe_value is. Empty if it is nothing.
+std::string value_name(const StudyResult& result);
+/// "m" or "Hz". Empty if it has none.
+std::string value_unit(const StudyResult& result);
+/// "peak [m]" or "frequency [Hz]": both as the heading of a column. Empty if StudyRow::probe_value is nothing.
+std::string value_heading(const StudyResult& result);
+/// series_name(), or "frequency of the probe tip".
+std::string quantity_name(const StudyResult& result);
 /// "probe tip" or "kinetic energy": what the errors of the study are of, unless it is the positions.
 std::string series_name(const StudyResult& result);
 

@@ -183,7 +183,9 @@ std::string runs_html(const StudyResult& result) {
     });
   });
   StudyGrid grid;
-  for (const StudyField* field : fields) grid.column(field->heading, !field->is_number());
+  for (const StudyField* field : fields) {
+    grid.column(heading_of(*field, result), !field->is_number());
+  }
   for (const StudyRow& row : result.rows) {
     grid.row(rule_name(row), row.directory);
     for (const StudyField* field : fields) add_field(grid, *field, row);

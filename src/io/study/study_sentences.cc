@@ -40,16 +40,6 @@ std::string named_run(const StudyRow& row) {
   return fmt::format("{} with h = {}", run_label(row), step_text(row));
 }
 
-// Two digits are as many as single measurements have.
-std::string two_digits(double ratio) {
-  const double unit = std::pow(10.0, std::floor(std::log10(ratio)) - 1.0);
-  return short_number(std::round(ratio / unit) * unit);
-}
-
-std::string with_article(const std::string& error) {
-  return (error.front() == 'e' ? "an " : "a ") + error;
-}
-
 // Why wall times do not count. Empty if those of all runs do.
 std::string missing_times(const StudyAnswer& answer) {
   if (answer.shared == 0 || answer.uses_processor_time) return {};
@@ -243,9 +233,20 @@ std::string source_of_error(const StudyResult& result, const StudyAnswer& answer
       source, theory, shown);
 }
 
-// How sure the errors are, in one sentence.
+// ", whose peak [m] is 0.0123", if the error is that of a peak or a frequency.
+std::string value_of_reference(const StudyResult& result) {
+  for (const StudyRow& row : result.rows) {
+    if (row.directory != result.reference_directory || !std::isfinite(row.probe_value)) continue;
+    return fmt::format(", whose {} is {:.5g}{}", value_name(result), row.probe_value,
+                       value_unit(result).empty() ? "" : " " + value_unit(result));
+  }
+  return {};
+}
+
+// How sure the errors are, in one or two sentences.
 std::string certainty(const StudyResult& result, const StudyAnswer& answer) {
   const std::string reference = reference_name(result);
+  const std::string value = value_of_reference(result);
   if (result.reference_status != RunStatus::kFinished) {
     const bool is_elsewhere =
         result.left_out > 0 && result.reference_status == RunStatus::kCancelled;
@@ -259,10 +260,11 @@ std::string certainty(const StudyResult& result, const StudyAnswer& answer) {
         answer.rule_beside_reference, reference);
   }
   return fmt::format(
-      "All errors are differences from the reference, {}{}{}.",
-      is_extrapolated(result) ? "the " : "", reference,
+      "All errors are differences from the reference, {}{}{}{}.",
+      is_extrapolated(result) ? "the " : "", reference, value,
       std::isfinite(result.reference_error)
-          ? ", whose own error is estimated at " + short_number(result.reference_error)
+          ? fmt::format("{} own error is estimated at {}", !value.empty() ? ". Its" : ", whose",
+                        short_number(result.reference_error))
           : ". Its own error is not known, because no other run of its integrator gives an "
             "estimate");
 }
@@ -272,7 +274,7 @@ std::string phase_caution(const StudyAnswer& answer) {
       "{} Over many periods such errors compare little but the phase of the motion: --error "
       "frequency.probe.NAME or peak.probe.NAME, or a shorter --set time.end, says more.",
       answer.is_monotone
-          ? fmt::format("{} of {} errors exceed 30 %.", answer.large_errors, answer.compared)
+          ? fmt::format("{} of {} errors exceed 30 %.", answer.large_errors, answer.asked)
           : "The errors do not grow steadily with the step.");
 }
 
@@ -307,105 +309,6 @@ Sentences limits(const StudyResult& result, const StudyAnswer& answer) {
   return sentences;
 }
 
-// Which reference the variants have.
-std::string references(const StudyResult& result, const std::string& first) {
-  if (result.references.size() < 2) {
-    return fmt::format(
-        "All variants are compared with the reference of {0}, because they differ only in keys "
-        "that "
-        "leave the exact motion as it is. The other sentences are about {0}.",
-        first);
-  }
-  return fmt::format(
-      "The study has {} references, because the variants have different exact motions. Sentences "
-      "that name no variant are about {}.",
-      result.references.size(), first);
-}
-
-// Empty if no variant meets the target.
-std::string cheapest_rules(const StudyAnswer& answer) {
-  Sentences rules;
-  double target = 0.0;
-  for (const VariantAnswer& variant : answer.variants) {
-    const RuleAnswer* best = variant.answer.best();
-    if (best == nullptr) continue;
-    target = variant.answer.target;
-    if (std::find(rules.begin(), rules.end(), best->rule) == rules.end()) {
-      rules.push_back(best->rule);
-    }
-  }
-  if (rules.empty()) return {};
-  return fmt::format(
-      "For {} of {} the cheapest rule of {} is {}.", with_article(answer.error), percent(target),
-      rules.size() == 1 ? "all variants that reach it" : "each variant", fmt::join(rules, " or "));
-}
-
-// The same for all variants, or the smallest and the largest one.
-std::string stability_limits(const StudyAnswer& answer) {
-  std::vector<const VariantAnswer*> known;
-  for (const VariantAnswer& variant : answer.variants) {
-    if (std::isfinite(variant.stable_step)) known.push_back(&variant);
-  }
-  if (known.size() < 2) return {};
-  const auto [low, high] = std::minmax_element(known.begin(), known.end(),
-                                               [](const VariantAnswer* a, const VariantAnswer* b) {
-                                                 return a->stable_step < b->stable_step;
-                                               });
-  const double least = (*low)->stable_step;
-  const double most = (*high)->stable_step;
-  if (most - least <= 1e-3 * most) {
-    return fmt::format("The stability limit is {} s for all variants.", short_number(least));
-  }
-  return fmt::format("The stability limit lies between {} s ({}) and {} s ({}).",
-                     short_number(least), (*low)->name, short_number(most), (*high)->name);
-}
-
-std::string wall_times(const VariantAnswer& variant, const std::string& first) {
-  const std::string least = two_digits(variant.least_cost_ratio);
-  const std::string most = two_digits(variant.most_cost_ratio);
-  return fmt::format("With equal rules and steps {} takes {} times the wall time of {}.",
-                     variant.name, least == most ? least : least + " to " + most, first);
-}
-
-// How far the motion of the variants is from that of the first one. Empty if it is not known.
-std::string farthest(const StudyResult& result, const StudyAnswer& answer,
-                     const std::string& motion) {
-  const auto far =
-      std::max_element(answer.variants.begin(), answer.variants.end(),
-                       [](const VariantAnswer& a, const VariantAnswer& b) {
-                         return !std::isnan(b.difference) && !(a.difference >= b.difference);
-                       });
-  if (std::isfinite(far->difference)) {
-    return fmt::format("The {} differs from that of {} by up to {} ({}).", motion,
-                       answer.variants.front().name, percent(far->difference), far->name);
-  }
-  if (result.references.size() < 2 || !result.error_probe.empty()) return {};
-  return "Positions on different meshes are not compared: --error probe.NAME compares the values "
-         "of "
-         "a probe.";
-}
-
-Sentences variants(const StudyResult& result, const StudyAnswer& answer) {
-  if (answer.variants.size() < 2) return {};
-  const std::string& first = answer.variants.front().name;
-  const std::string motion = result.error_probe.empty() ? "motion" : series_name(result);
-  Sentences sentences{references(result, first)};
-  if (result.references.size() > 1) sentences.push_back(cheapest_rules(answer));
-  sentences.push_back(stability_limits(answer));
-  for (std::size_t i = 1; i < answer.variants.size() && answer.variants.size() <= kMostNamed; ++i) {
-    if (std::isfinite(answer.variants[i].least_cost_ratio)) {
-      sentences.push_back(wall_times(answer.variants[i], first));
-    }
-  }
-  sentences.push_back(farthest(result, answer, motion));
-  for (const auto& [key, variant, value] : answer.sensitivities) {
-    sentences.push_back(fmt::format("A change of {} by 1 % changes the {} by about {} ({}).", key,
-                                    motion, percent(0.01 * value), variant));
-  }
-  std::erase(sentences, "");
-  return sentences;
-}
-
 }  // namespace
 
 std::vector<StudyConclusion> study_conclusions(const StudyResult& result) {
@@ -413,7 +316,7 @@ std::vector<StudyConclusion> study_conclusions(const StudyResult& result) {
   const StudyAnswer answer = study_answer(result);
   std::vector<StudyConclusion> conclusions{{"Cost of accuracy", cost(answer)},
                                            {"Steps that were searched", finding_sentences(result)},
-                                           {"Variants", variants(result, answer)},
+                                           {"Variants", variant_sentences(result, answer)},
                                            {"Runs that did not reach the end", failures(result)},
                                            {"Limits of the comparison", limits(result, answer)},
                                            {"Observed orders", orders(answer)}};
@@ -428,7 +331,7 @@ std::vector<std::string> answer_sentences(const StudyResult& result, const Study
         "The study was interrupted: this is the answer of the runs before that.");
   }
   const bool is_sweep = result.references.size() > 1 && !answer.variants.empty();
-  Sentences said = is_sweep ? variants(result, answer) : cost(answer);
+  Sentences said = is_sweep ? variant_sentences(result, answer) : cost(answer);
   said.resize(std::min(said.size(), is_sweep ? kMostNamed : 1));
   append(sentences, said);
   if (is_sweep) {

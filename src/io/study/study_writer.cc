@@ -125,12 +125,15 @@ StudyGrid grid_of_runs(const StudyResult& result) {
   std::erase_if(fields, [&](const StudyField* field) {
     const std::string_view name = field->name;
     return (name == "probe_error" && result.error_probe.empty()) ||
+           (name == "probe_value" && value_name(result).empty()) ||
            (name == "settings" &&
             std::all_of(result.rows.begin(), result.rows.end(),
                         [](const StudyRow& row) { return row.settings.empty(); }));
   });
   StudyGrid grid;
-  for (const StudyField* field : fields) grid.column(field->heading, !field->is_number());
+  for (const StudyField* field : fields) {
+    grid.column(heading_of(*field, result), !field->is_number());
+  }
   for (std::size_t i = 0; i < result.rows.size(); ++i) {
     const StudyRow& row = result.rows[i];
     const bool is_other_variant = i == 0 || result.rows[i - 1].variant != row.variant;
@@ -223,7 +226,8 @@ std::string study_json(const StudyResult& result, const std::string& scene_name,
                           {"tetrahedra", check->tetrahedra},
                           {"status", to_string(check->status)},
                           {"directory", check->directory},
-                          {"difference", json_number(check->difference)}};
+                          {"difference", json_number(check->difference)},
+                          {"estimated_error", json_number(check->estimated_error())}};
   }
   json["probes"] = nlohmann::ordered_json::array();
   for (const ProbeColumns& probe : result.probes) {

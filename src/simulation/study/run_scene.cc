@@ -70,10 +70,37 @@ void put_settings(const StudyRule& rule, Scene& scene) {
   if (echo.is_object()) scene.echo = echo.dump(2, ' ', false, Json::error_handler_t::replace);
 }
 
+// "adapt" instead of "time.adapt", or a whole section.
+void refuse_keys_without_section(const StudyRule& rule) {
+  for (const std::string section : {"time", "solver"}) {
+    for (const VariedValue& setting : rule.settings) {
+      if (setting.key != section) continue;
+      throw InputError(fmt::format(
+          "{}: {} is a section. Give its keys one by one, as in --rule {}:{}, and with commas "
+          "between them if there are several.",
+          option(rule), section, to_string(rule.integrator),
+          section == "time" ? "time.retry=3" : "solver.tolerance=1e-6"));
+    }
+  }
+  for (const VariedValue& setting : rule.settings) {
+    std::string sections;
+    std::string keys;
+    for (const std::string section : {"time", "solver"}) {
+      if (find_section(section)->find(setting.key) == nullptr) continue;
+      sections += (sections.empty() ? "[" : " and of [") + section + "]";
+      keys += (keys.empty() ? "" : " or ") + section + "." + setting.key;
+    }
+    if (keys.empty()) continue;
+    throw InputError(
+        fmt::format("{}: {} is a key of {}. Write {}.", option(rule), setting.key, sections, keys));
+  }
+}
+
 }  // namespace
 
 void check_settings_of(const StudyRule& rule) {
   constexpr std::array kOfStudy{"time.integrator", "time.step", "time.end", "solver.engine"};
+  refuse_keys_without_section(rule);
   for (const VariedValue& setting : rule.settings) {
     const auto [name, own] = section_and_key(setting.key);
     const bool is_of_study =

@@ -72,6 +72,18 @@ double series_error(const ErrorMeasure& measure, const MotionTrack& run,
   return series_error(measure.kind, *own, *exact, series_scale(measure, reference));
 }
 
+double series_value(const ErrorMeasure& measure, const MotionTrack& run,
+                    const MotionTrack& reference) {
+  const ProbeRecord* own = run.probe(measure.series());
+  const ProbeRecord* exact = reference.probe(measure.series());
+  if (own == nullptr || exact == nullptr || own->times.empty() || exact->times.empty()) {
+    return kUnknownError;
+  }
+  if (measure.kind == ErrorKind::kPeak) return own->largest();
+  if (measure.kind != ErrorKind::kFrequency) return kUnknownError;
+  return frequency_of(*own, liveliest_component(*exact));
+}
+
 double series_scale(const ErrorMeasure& measure, const MotionTrack& reference) {
   const ProbeRecord* record = reference.probe(measure.series());
   if (record == nullptr) return 0.0;

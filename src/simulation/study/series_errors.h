@@ -23,6 +23,10 @@ double series_error(ErrorKind kind, const ProbeRecord& run, const ProbeRecord& r
 double series_error(const ErrorMeasure& measure, const MotionTrack& run,
                     const MotionTrack& reference);
 
+/// What such an error is the error of: max|s| of a run for kPeak, f for kFrequency. NaN for other kinds.
+double series_value(const ErrorMeasure& measure, const MotionTrack& run,
+                    const MotionTrack& reference);
+
 /// The divisor of that error for kProbe, kPeak and kEnergy. 0 without values.
 double series_scale(const ErrorMeasure& measure, const MotionTrack& reference);
 

@@ -125,7 +125,7 @@ class Comparison {
       if (!row || row->status == RunStatus::kCancelled) result_.is_interrupted = true;
       if (!row) continue;
       row->position_error = row->position_error_rms = row->probe_error = kNone;
-      row->observed_order = kNone;
+      row->observed_order = row->probe_value = kNone;
       row->is_reference = false;
     }
   }
@@ -221,6 +221,15 @@ class Comparison {
             found.probe_reason);
       }
     }
+    if (plan_.error_kind == ErrorKind::kFrequency && reference.motion &&
+        !std::isfinite(series_value(plan_.error_series(), *reference.motion, *reference.motion))) {
+      result_.remarks.push_back(fmt::format(
+          "there are no errors of the frequency of the probe {}{}, because it has no vibration "
+          "with "
+          "at least two periods up to the end at {:.4g} s: make time.end longer, or take another "
+          "--error",
+          plan_.error_probe, of_variant, plan_.end));
+    }
     result_.references.push_back(std::move(entry));
   }
 
@@ -286,6 +295,7 @@ class Comparison {
     row.position_error = (track.last() - exact.last()).norm() / reference.scales.at_end;
     row.position_error_rms = root_mean_square_distance(track, exact) / reference.scales.over_time;
     row.probe_error = probe_difference(track, exact);
+    if (has_probe()) row.probe_value = series_value(plan_.error_series(), track, exact);
   }
 
   // The difference of two runs in the error that orders are computed from.
@@ -327,12 +337,14 @@ class Comparison {
   }
 
   // Whether neighbouring steps agree better than they differ from the reference, as they cannot do if their rule is
-  // at least of first order and the reference is exact. Large errors may be those of a motion that is lost.
+  // at least of first order and the reference is exact. Large errors may be those of a motion that is lost. Peaks say
+  // nothing: the largest samples of two steps may agree by chance.
   bool shows_error_of_reference(std::size_t index, const Neighbours& closest,
                                 double known_error) const {
     constexpr double kClear = 0.5;
     constexpr double kLost = 0.1;
-    if (closest.finer == nullptr || closest.error > kLost || closest.error < known_error) {
+    if (closest.finer == nullptr || closest.error > kLost || closest.error < known_error ||
+        plan_.error_kind == ErrorKind::kPeak) {
       return false;
     }
     const StudyRow& finest = *rows_[plan_.references[index].runs.back()];
