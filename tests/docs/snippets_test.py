@@ -55,6 +55,7 @@ for path in map(str.strip, sys.stdin):
 
 PROGRAM, TREE = os.path.abspath(sys.argv[1]), os.path.abspath(sys.argv[2])
 PAGES = pages_of(TREE)
+ENVIRONMENT = {**os.environ, "TETRACTION": PROGRAM, "MPLBACKEND": "Agg"}
 
 SCENE = """
 [mesh]
@@ -192,8 +193,7 @@ class Snippets(unittest.TestCase):
         return path
 
     def executed(self, block, *command):
-        environment = {**os.environ, "TETRACTION": PROGRAM, "MPLBACKEND": "Agg"}
-        result = subprocess.run(command, cwd=self.folder, env=environment, capture_output=True,
+        result = subprocess.run(command, cwd=self.folder, env=ENVIRONMENT, capture_output=True,
                                 encoding="utf-8", errors="replace", timeout=300)  # fmt: skip
         self.count["run"] += 1
         output = (result.stdout + result.stderr)[-3000:]
@@ -205,7 +205,7 @@ class Snippets(unittest.TestCase):
             with open(self.output, "w") as log:
                 self.interpreter = subprocess.Popen(
                     [sys.executable, "-c", INTERPRETER], cwd=self.folder, text=True, stdin=subprocess.PIPE,
-                    stdout=subprocess.PIPE, stderr=log, env={**os.environ, "MPLBACKEND": "Agg"},
+                    stdout=subprocess.PIPE, stderr=log, env=ENVIRONMENT,
                 )  # fmt: skip
             for cleanup in (self.interpreter.stdout.close, self.interpreter.wait, self.interpreter.stdin.close):
                 self.addCleanup(cleanup)
