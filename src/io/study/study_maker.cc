@@ -133,7 +133,8 @@ class MaterialWarnings {
       if (texts_[kind].empty()) continue;
       warnings.push_back(texts_[kind]);
       if (others_[kind].empty()) continue;
-      warnings.back() += fmt::format(" The same kind of warning applies to {}.",
+      warnings.back() += fmt::format("{} The same kind of warning applies to {}.",
+                                     warnings.back().ends_with('.') ? "" : ".",
                                      enumeration(others_[kind], kMostNamed));
     }
     return warnings;
@@ -292,9 +293,6 @@ std::shared_ptr<const TetMesh> StudyMaker::fine_mesh() const {
 bool StudyMaker::choose() {
   StudyRequests requests = inputs_.requests;
   const std::shared_ptr<const TetMesh> fine = fine_mesh();
-  for (const std::string& warning : inputs_.warnings) {
-    if (hooks_.warn) hooks_.warn(warning);
-  }
   // What the choice of steps depends on.
   const std::string digest = digests_.of(planned_run(frame_, 0, Integrator::kVerlet, frame_.end));
   if (goes_on_) requests.seconds_per_step = times_of_choice(inputs_.directory, digest);
@@ -320,6 +318,9 @@ bool StudyMaker::choose() {
   if (fine) finer_ = mesh_check_plan(plan_, fine);
   if (folder_) check_folder_of_study(plan_, inputs_.directory);
   if (folder_ && finer_) check_folder_of_study(*finer_, inputs_.directory);
+  for (const std::string& warning : inputs_.warnings) {
+    if (hooks_.warn) hooks_.warn(warning);
+  }
   chosen_ = std::move(chosen);
   return true;
 }

@@ -70,7 +70,7 @@ struct StudyHooks {
   std::function<int()> stop_code{};    ///< RunRecorder::set_stop_code()
   std::function<void(const std::string&)> tell{};  ///< gets notes for the user
   std::function<void(const std::string&)>
-      warn{};  ///< gets warnings about the materials, before the first run
+      warn{};  ///< gets warnings about the materials, when the steps are known
 };
 
 /// A run of a plan.
