@@ -96,7 +96,7 @@ class Diff(StudyTest):
         self.refused(3, "study diff a a/midpoint-0.005", says="but the results of a run")
         begun = {"message": "The study has not ended", "runs": [{"directory": "midpoint-0.005"}]}
         for text, part in (("{", "not the study.json"), ("[]", "not the study.json"),
-                           ('{"runs": 3}', "not the study.json"), (json.dumps(begun), "--resume"),
+                           ('{"runs": 3}', "not the study.json"), (json.dumps(begun), "with the same command"),
                            ('{"runs": [{"integrator": 3}]}', '"scene" is missing')):  # fmt: skip
             self.write("broken.json", text)
             self.assertIn(part, self.refused(3, "study diff a broken.json"))

@@ -224,12 +224,12 @@ class KeptRuns(StudyTest):
         self.assertIn("link", self.refused(4, *study))
 
     def test_plots_read_regular_files_only(self):
-        plots = plot_functions()
+        files = plot_functions("files")
         os.mkfifo(self.path("pipe"))
         os.symlink("/dev/zero", self.path("zero"))
         for name in ("pipe", "zero"):
-            self.assertEqual(plots.read_json(self.folder, name), {})
-            self.assertEqual(plots.read_columns(self.folder, name), {})
+            self.assertEqual(files.read_json(self.folder, name), {})
+            self.assertEqual(files.read_columns(self.folder, name), {})
 
     def test_folders_that_have_vanished_from_a_study_that_was_killed(self):
         for end in (0.5, 2.0, 8.0, 32.0):

@@ -14,12 +14,12 @@ PROBES = BEAM + tables(probe=[dict(name="tip", select=plane("x", 4.0), quantity=
 PLOT_PROGRAM = os.path.abspath(os.path.join(os.path.dirname(__file__), "..", "..", "src", "cli", "study_plots"))
 
 
-def plot_functions():
-    """The module with the functions of all plots."""
+def plot_functions(module="plots"):
+    """A module of the plots; "plots" has the functions of all of them."""
     folder = os.path.dirname(PLOT_PROGRAM)
     if folder not in sys.path:
         sys.path.append(folder)
-    return importlib.import_module("study_plots.plots")
+    return importlib.import_module(f"study_plots.{module}")
 
 
 class StudyTest(BeamTest):
