@@ -46,7 +46,7 @@ class Parts(Stored):
                            "--also-solver", "ceres@2e-3", "--also-solver", "ceres@5e-3",
                            "--vary", "material.density=900,1100", "--vary", "solver.kind=newton",
                            "--error", "energy.elastic_energy", "--repeats", "0"), (2, 4)),
-            ("probes.toml", ("--integrators", "verlet,midpoint", "--steps", "2e-3,4e-3", "--set", "time.end=2",
+            ("probes.toml", ("--integrators", "verlet,midpoint", "--steps", "1e-3,2e-3,4e-3", "--set", "time.end=10",
                              "--rule", "midpoint:solver.tolerance=1e-2", "--error", "frequency.probe.tip"), (3,)),
         ):  # fmt: skip
             self.make("whole", *arguments, scene=scene)
