@@ -64,12 +64,12 @@ MergedStudy::MergedStudy(const std::vector<std::string>& directories) : director
   for (std::size_t i = 0; i < folders_.size(); ++i) rows.push_back(row(i));
   result_ = compare_runs(plan_, rows, tracks());
   result_.target = studies_.front().result.target;
-  for (const StoredStudy& study : studies_) {
+  for (std::size_t i = 0; i < studies_.size(); ++i) {
+    const StoredStudy& study = studies_[i];
     if (study.result.target != result_.target) result_.target.reset();
     if (!result_.mesh_check && study.result.mesh_check) {
       result_.mesh_check = study.result.mesh_check;
-      const std::size_t place = static_cast<std::size_t>(&study - studies_.data());
-      mesh_check_folder_ = directories_[place] + "/" + result_.mesh_check->directory;
+      mesh_check_folder_ = directories_[i] + "/" + result_.mesh_check->directory;
     }
     for (const RuleFinding& finding : study.result.findings) {
       const bool is_known = std::any_of(

@@ -276,8 +276,7 @@ void add_variants(const StudyResult& result, StudyAnswer& answer) {
       target = each.target;
     }
   }
-  answer.has_signed_changes =
-      result.error_kind == ErrorKind::kPeak || result.error_kind == ErrorKind::kFrequency;
+  answer.has_signed_changes = !value_name(result).empty();
   const std::vector<StudyResult> parts = parts_of_study(result);
   const auto places = references_of_variants(result);
   for (const VariantValues& values : result.variants) {

@@ -96,13 +96,11 @@ std::string references(const StudyResult& result, const std::string& first) {
   if (result.references.size() < 2) {
     return fmt::format(
         "All variants are compared with the reference of {0}, because they differ only in keys "
-        "that "
-        "leave the exact motion as it is. The other sentences are about {0}.",
+        "that leave the exact motion as it is. The other sentences are about {0}.",
         first);
   }
   return fmt::format(
-      "The study has {} references, because the variants have different exact motions. "
-      "Sentences "
+      "The study has {} references, because the variants have different exact motions. Sentences "
       "that name no variant are about {}.",
       result.references.size(), first);
 }
@@ -166,8 +164,7 @@ std::string farthest(const StudyResult& result, const StudyAnswer& answer,
   }
   if (result.references.size() < 2 || !result.error_probe.empty()) return {};
   return "Positions on different meshes are not compared: --error probe.NAME compares the values "
-         "of "
-         "a probe.";
+         "of a probe.";
 }
 
 }  // namespace
@@ -210,9 +207,8 @@ std::vector<std::string> mesh_sentences(const StudyResult& result) {
   if (!std::isfinite(check->difference)) return {};
   return {fmt::format(
       "On a mesh with half the edge length ({} tetrahedra) the same run gives a result that "
-      "differs "
-      "by {}, so that the error of this mesh is about {} where the motion is smooth: time steps "
-      "with a much smaller error gain nothing on it.",
+      "differs by {}, so that the error of this mesh is about {} where the motion is smooth: time "
+      "steps with a much smaller error gain nothing on it.",
       check->tetrahedra, percent(check->difference), percent(check->estimated_error()))};
 }
 

@@ -211,9 +211,8 @@ StudyPlan mesh_check_plan(const StudyPlan& plan, std::shared_ptr<const TetMesh> 
   if (finer.runs.empty()) {
     throw InputError(
         "--mesh-check: no run of this study can be made on a mesh with half the edges, where "
-        "explicit "
-        "integrators need about half the step: add an implicit integrator, or a step of at most "
-        "0.45x.");
+        "explicit integrators need about half the step: add an implicit integrator, or a step of "
+        "at most 0.45x.");
   }
   for (PlannedRun& run : finer.runs) {
     run.directory.insert(0, kFolder);

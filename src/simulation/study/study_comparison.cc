@@ -223,12 +223,11 @@ class Comparison {
     }
     if (plan_.error_kind == ErrorKind::kFrequency && reference.motion &&
         !std::isfinite(series_value(plan_.error_series(), *reference.motion, *reference.motion))) {
-      result_.remarks.push_back(fmt::format(
-          "there are no errors of the frequency of the probe {}{}, because it has no vibration "
-          "with "
-          "at least two periods up to the end at {:.4g} s: make time.end longer, or take another "
-          "--error",
-          plan_.error_probe, of_variant, plan_.end));
+      result_.remarks.push_back(
+          fmt::format("there are no errors of the frequency of the probe {}{}, because it has no "
+                      "vibration with at least two periods up to the end at {:.4g} s: make "
+                      "time.end longer, or take another --error",
+                      plan_.error_probe, of_variant, plan_.end));
     }
     result_.references.push_back(std::move(entry));
   }
@@ -313,10 +312,8 @@ class Comparison {
       reference_error = closest.error;
       result_.remarks.push_back(fmt::format(
           "the errors of {0} with steps of {1:.4g} and {2:.4g} s are those of the reference{3}: "
-          "these two "
-          "runs differ from each other by {4:.1e}, and from the reference by {5:.1e}. A finer "
-          "reference "
-          "(--reference-step) shows their own errors.",
+          "these two runs differ from each other by {4:.1e}, and from the reference by {5:.1e}. A "
+          "finer reference (--reference-step) shows their own errors.",
           to_string(closest.finer->integrator), closest.finer->step, closest.coarser->step,
           name_of(result_.references[index].variant), closest.difference, closest.error));
     }
