@@ -136,8 +136,8 @@ void MechanicalSystem::set_pressures(std::vector<PressureLoad> pressures) {
 }
 
 void MechanicalSystem::list_terms() {
-  terms_ = {&environment_, &vertex_damping_, &constraints_.springs(), &external_forces_,
-            &pressure_};
+  terms_ = {&environment_,     &vertex_damping_, &constraints_.springs(),
+            &external_forces_, &pressure_,       &pull_};
   for (const auto& term : added_terms_) terms_.push_back(term.get());
 }
 

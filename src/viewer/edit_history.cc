@@ -199,6 +199,7 @@ void EditHistory::make(const Edit& edit, const std::string& what, bool continues
   } else {
     Entry entry;
     make(edit, what, entry);
+    before_last_ = entry.state;
     undo_.push_back(std::move(entry));
     if (undo_.size() > kMostEntries) drop_oldest_entry();
   }
@@ -289,6 +290,11 @@ std::optional<Edit> EditHistory::shift_back(const Entry& entry) const {
     return shift_of(mesh, entry.state->position - session_.state().position,
                     entry.state->momentum - session_.state().momentum);
   }
+  // What a drag did to the motion is past.
+  const bool is_drag = std::any_of(entry.edits.begin(), entry.edits.end(), [](const Edit& edit) {
+    return !std::visit([]<class Kind>(const Kind&) { return kChangesState<Kind>; }, edit);
+  });
+  if (is_drag) return std::nullopt;
   return shift_of(mesh, -entry.displacement, -entry.impulse);
 }
 
@@ -303,6 +309,7 @@ void EditHistory::revert(const Entry& entry, const std::string& what, Entry& don
 
 void EditHistory::undo() {
   if (undo_.empty()) return;
+  before_last_.reset();
   const std::string what = "undo: " + undo_.back().what;
   Entry done;
   revert(undo_.back(), what, done);
@@ -311,8 +318,15 @@ void EditHistory::undo() {
   can_continue_ = false;
 }
 
+void EditHistory::go_before_last() {
+  if (!knows_state_before_last()) return;
+  undo_.back().state = before_last_;
+  undo();
+}
+
 void EditHistory::redo() {
   if (redo_.empty()) return;
+  before_last_.reset();
   Entry entry;
   make_all(redo_.back().edits, redo_.back().what, entry);
   redo_.pop_back();

@@ -42,11 +42,16 @@ class EditHistory {
   /// the session refuses an edit in the present state; then nothing has changed.
   void undo();
   void redo();
+  /// Undoes the last entry and brings back the positions and momenta before it, at the present time.
+  void go_before_last();
   /// The texts of the entries that undo() and redo() would process. Empty if there is none.
   std::string undo_text() const { return undo_.empty() ? "" : undo_.back().what; }
   std::string redo_text() const { return redo_.empty() ? "" : redo_.back().what; }
   /// Must be called after each step.
   void stepped();
+  /// Whether go_before_last() is possible, and the number of entries that undo() could undo.
+  bool knows_state_before_last() const { return before_last_ && !undo_.empty(); }
+  std::size_t undo_count() const { return undo_.size(); }
   /// All edits that have not been undone, in their order.
   std::vector<MadeEdit> edits_in_effect() const;
 
@@ -96,7 +101,8 @@ class EditHistory {
   std::vector<MadeEdit> not_undoable_;  // edits of entries that were dropped
   std::vector<Entry> undo_;
   std::vector<Entry> redo_;
-  bool can_continue_ = false;  // whether the last entry contains the last edit
+  std::optional<State> before_last_;  // state before the last entry, if it was made, not redone
+  bool can_continue_ = false;         // whether the last entry contains the last edit
 };
 
 /// The settings that the user has changed and that a run keeps when it is restarted. `made` are the

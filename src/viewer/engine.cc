@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
 #include <limits>
 #include <utility>
 
@@ -19,9 +20,18 @@ Scene without_events_and_end(Scene scene) {
   return scene;
 }
 
+constexpr const char* kDragCause = "drag";
+
 bool may_change_limit(const Edit& edit) {
   return !std::holds_alternative<SetTime>(edit) && !std::holds_alternative<SetSolver>(edit) &&
-         !std::holds_alternative<SetForce>(edit) && !std::holds_alternative<SetMomentum>(edit);
+         !std::holds_alternative<SetForce>(edit) && !std::holds_alternative<SetMomentum>(edit) &&
+         !std::holds_alternative<SetPull>(edit);
+}
+
+// The kind of the setting that an edit changes, and the region of a material.
+std::string cause_of(const Edit& edit) {
+  const auto* material = std::get_if<SetMaterial>(&edit);
+  return fmt::format("edit {} {}", edit.index(), material != nullptr ? material->region : 0);
 }
 
 std::string region_name(const MaterialRegionSettings& region, std::size_t number) {
@@ -37,7 +47,8 @@ Engine::Engine(const Scene& scene, const TetMesh& mesh, Recording& recording)
       session_(std::make_unique<Session>(without_events_and_end(scene), mesh)),
       edits_(std::make_unique<EditHistory>(
           *session_, [this](const Edit& edit, const std::string& what) { apply(edit, what); })),
-      numbering_(scene) {
+      numbering_(scene),
+      end_(scene.time.end) {
   session_->keep_good_states();
   check_events(scene, session_->system());
   report_new_warnings();
@@ -67,12 +78,31 @@ Settings Engine::settings() const {
   return settings;
 }
 
+Vector Engine::user_force() const {
+  const TetMesh& mesh = session_->system().mesh();
+  Vector sum = Vector::Zero(3 * mesh.vertex_count());
+  const std::vector<ForceSettings>& forces = session_->loads().force;
+  for (std::size_t i = session_->scene().force.size(); i < forces.size(); ++i) {
+    if (!std::holds_alternative<SelectVertices>(forces[i].select) || forces[i].total) continue;
+    for (const Index v : select_vertices(mesh, forces[i].select)) {
+      vertex_block(sum, v) += forces[i].vector;
+    }
+  }
+  return sum;
+}
+
 void Engine::apply(const Edit& edit, const std::string& what) {
   session_->apply(edit, what);
   recording_.add(*session_, edit, what);
-  marks_.push_back({session_->time(), what});
+  // The edits of a drag have one mark.
+  if (what != last_mark_) marks_.push_back({session_->time(), what});
+  last_mark_ = std::holds_alternative<SetPull>(edit) ? what : std::string();
+  // A warning goes with the setting that it is about.
+  const std::string cause = cause_of(edit);
+  if (warned_causes_.erase(cause) > 0) end_cause(cause);
   if (const std::string& warning = session_->edits().back().warning; !warning.empty()) {
-    notices_.push_back({Notice::Kind::kWarning, warning});
+    notices_.push_back({Notice::Kind::kWarning, warning, cause});
+    warned_causes_.insert(cause);
   }
   limit_changed_ = limit_changed_ || may_change_limit(edit);
 }
@@ -81,6 +111,11 @@ void Engine::report_new_warnings() {
   for (; reported_warnings_ < session_->warnings().size(); ++reported_warnings_) {
     notices_.push_back({Notice::Kind::kWarning, session_->warnings()[reported_warnings_]});
   }
+}
+
+void Engine::end_cause(const std::string& cause) {
+  std::erase_if(notices_, [&](const Notice& notice) { return notice.cause == cause; });
+  ended_causes_.push_back(cause);
 }
 
 void Engine::require_good_state() const {
@@ -131,11 +166,13 @@ void Engine::redo() {
 // Calls work(drag) if there is a drag. Ends the drag if this throws InputError.
 template <class Work>
 void Engine::with_drag(const Work& work) {
-  if (!drag_ || session_->status() != RunStatus::kRunning) return;
+  if (session_->status() != RunStatus::kRunning) return;
   try {
-    work(*drag_);
+    if (drag_) work(*drag_);
+    if (spring_) work(*spring_);
   } catch (const InputError& error) {
     drag_.reset();
+    spring_.reset();
     report_refused_drag(error.what());
   }
 }
@@ -143,13 +180,12 @@ void Engine::with_drag(const Work& work) {
 // The mouse moves on after a refusal. The same notice is made once only.
 void Engine::report_refused_drag(const std::string& reason) {
   if (std::exchange(refused_drag_, reason) == reason) return;
-  notices_.push_back({Notice::Kind::kRefused, reason});
+  notices_.push_back({Notice::Kind::kRefused, reason, kDragCause});
 }
 
 void Engine::grab(const std::vector<Index>& vertices) {
   require_good_state();
   release();
-  refused_drag_.clear();
   if (vertices.empty()) return;
   drag_.emplace(*session_, vertices,
                 [this](const Edit& made, const std::string& what, bool continues_previous) {
@@ -157,25 +193,45 @@ void Engine::grab(const std::vector<Index>& vertices) {
                 });
 }
 
+void Engine::pull(const std::vector<Index>& vertices, double radius, double critical_step) {
+  require_good_state();
+  release();
+  if (vertices.empty()) return;
+  spring_.emplace(*session_, vertices, radius, critical_step,
+                  [this](const Edit& made, const std::string& what, bool continues_previous) {
+                    edit(made, what, continues_previous);
+                  });
+}
+
+void Engine::set_pull_radius(double radius) {
+  if (!spring_ || session_->status() != RunStatus::kRunning) return;
+  spring_->set_radius(radius);
+}
+
 void Engine::drag_to(const Vector3& position, double duration) {
-  with_drag([&](VertexDrag& drag) {
-    if (duration > 0.0) {
-      drag.drag_to(position, duration);
-    } else {
+  with_drag([&](auto& drag) {
+    if constexpr (requires { drag.move_at_once(position); }) {
+      if (duration > 0.0) return drag.drag_to(position, duration);
       try {
         drag.move_at_once(position);
       } catch (const InputError& error) {
         report_refused_drag(error.what());
       }
+    } else {
+      drag.drag_to(position, duration);
     }
   });
 }
 
 void Engine::release() {
-  release_pending_ = drag_.has_value() && session_->status() != RunStatus::kRunning;
+  const bool drags = drag_ || spring_;
+  release_pending_ = drags && session_->status() != RunStatus::kRunning;
   if (release_pending_) return;
-  with_drag([](VertexDrag& drag) { drag.release(); });
+  with_drag([](auto& drag) { drag.release(); });
   drag_.reset();
+  spring_.reset();
+  last_mark_.clear();
+  if (!std::exchange(refused_drag_, {}).empty()) end_cause(kDragCause);
 }
 
 void Engine::make_due_events() {
@@ -198,6 +254,7 @@ void Engine::make_due_events() {
         }
         translated = with_present_settings(*translated, event, settings());
         if (auto* set = std::get_if<SetTime>(&*translated)) {
+          if (std::isfinite(set->settings.end)) end_ = set->settings.end;
           set->settings.end = std::numeric_limits<double>::infinity();
         }
         apply(*translated, what);
@@ -215,7 +272,7 @@ void Engine::make_due_events() {
 bool Engine::step() {
   require_good_state();
   make_due_events();
-  with_drag([](VertexDrag& drag) { drag.before_step(); });
+  with_drag([](auto& drag) { drag.before_step(); });
   session_->land_at(next_event_ < events_.size() ? events_[next_event_].at
                                                  : std::numeric_limits<double>::infinity());
   const bool succeeded = session_->step();
@@ -235,6 +292,13 @@ void Engine::go_back() {
   marks_.push_back({session_->time(), "back to the last good state"});
   limit_changed_ = true;
   if (release_pending_) release();
+}
+
+void Engine::go_before_last_edit() {
+  go_back();
+  release();
+  edits_->go_before_last();
+  ++edit_count_;
 }
 
 }  // namespace tetraction::viewer

@@ -4,6 +4,7 @@
 
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -11,6 +12,7 @@
 #include "numbering.h"
 #include "recording.h"
 #include "simulation.h"
+#include "spring_drag.h"
 #include "vertex_drag.h"
 
 namespace tetraction::viewer {
@@ -23,6 +25,8 @@ class Engine {
 
   const Session& session() const { return *session_; }
   Settings settings() const;
+  /// The sum of the forces that edits have put on single vertices, 3 per vertex, N.
+  Vector user_force() const;
   const EditHistory& edits() const { return *edits_; }
 
   /// If one of these functions throws InputError, nothing has changed.
@@ -34,6 +38,11 @@ class Engine {
   /// be moved there at once, there is a notice, and the drag goes on. drag_to() and release() have no
   /// effect if the drag has ended already or the run has failed. go_back() ends a drag in any case.
   void grab(const std::vector<Index>& vertices);
+  /// A drag with a spring (SpringDrag). `critical_step` is the stability limit, s.
+  void pull(const std::vector<Index>& vertices, double radius, double critical_step);
+  void set_pull_radius(double radius);
+  /// The drag with a spring, or null.
+  const SpringDrag* spring() const { return spring_ ? &*spring_ : nullptr; }
   void drag_to(const Vector3& position, double duration);
   void release();
   /// Makes the events that are due, then one step. Returns false if the run has ended. The session's
@@ -43,9 +52,15 @@ class Engine {
   void require_good_state() const;
   /// Session::go_back().
   void go_back();
+  /// The same, then EditHistory::go_before_last().
+  void go_before_last_edit();
+  /// When the run ends: time.end of the scene or of its events so far, s.
+  double end() const { return end_; }
 
   /// The notices and marks that are new since the last call.
   std::vector<Notice> take_notices() { return std::exchange(notices_, {}); }
+  /// The causes of notices that have ended since the last call.
+  std::vector<std::string> take_ended_causes() { return std::exchange(ended_causes_, {}); }
   std::vector<EditMark> take_marks() { return std::exchange(marks_, {}); }
   /// The number of edits, undos and redos that succeeded since the last call.
   std::size_t take_edit_count() { return std::exchange(edit_count_, 0); }
@@ -60,20 +75,26 @@ class Engine {
   void report_refused_drag(const std::string& reason);
   void resolve_newest(Edit& edit) const;
   void report_new_warnings();
+  void end_cause(const std::string& cause);
 
   const std::vector<EventSettings> events_;
   Recording& recording_;
   std::unique_ptr<Session> session_;
   std::unique_ptr<EditHistory> edits_;
   std::optional<VertexDrag> drag_;
+  std::optional<SpringDrag> spring_;
   std::string refused_drag_;      // the last notice of the drag, which is not repeated
   bool release_pending_ = false;  // the drag ended in a failed state and must be released later
   Numbering numbering_;
   std::size_t next_event_ = 0;
+  double end_ = 0.0;
   ForEachList<std::optional<std::size_t>> newest_;
   std::vector<Notice> notices_;
-  std::size_t reported_warnings_ = 0;  // number of warnings that are already notices
+  std::vector<std::string> ended_causes_;
+  std::set<std::string> warned_causes_;  // edits with a warning that holds
+  std::size_t reported_warnings_ = 0;    // number of warnings that are already notices
   std::vector<EditMark> marks_;
+  std::string last_mark_;  // of a drag, whose edits share one
   std::size_t edit_count_ = 0;
   bool limit_changed_ = false;
 };

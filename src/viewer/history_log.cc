@@ -1,6 +1,7 @@
 #include "history_log.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "tetraction/simulation/probe.h"
 
@@ -19,6 +20,11 @@ void HistoryLog::clear() {
   rows_.clear();
   stride_ = 1;
   ++generation_;
+}
+
+void HistoryLog::replace_by(HistoryLog other) {
+  other.generation_ = std::max(generation_, other.generation_) + 1;
+  *this = std::move(other);
 }
 
 void HistoryLog::go_back_to(Index step) {

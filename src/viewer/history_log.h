@@ -17,6 +17,8 @@ class HistoryLog {
   void add(const HistoryRow& row);
   /// Removes all rows.
   void clear();
+  /// Takes the rows of another log, for instance those before a restart.
+  void replace_by(HistoryLog other);
   /// Removes the rows after a step.
   void go_back_to(Index step);
 

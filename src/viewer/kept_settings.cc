@@ -34,6 +34,7 @@ class SettingsCollector {
 
   // One function for each kind of edit, which stores the resulting settings.
   void operator()(const SetMaterial& edit) { set({Edit(edit).index(), edit.region}, edit); }
+  void operator()(const SetPull&) const {}  // the mouse does not hold anything any more
   template <class Section>
   void operator()(const SetSection<Section>& edit) {
     set({Edit(edit).index(), 0}, edit);

@@ -1,6 +1,7 @@
 #include "recording.h"
 
 #include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 #include <utility>
 
@@ -25,42 +26,51 @@ struct ApplyToSections {
 
 }  // namespace
 
-Recording::Recording(Scene scene) : start_(std::move(scene)), numbering_(start_) {}
+Recording::Recording(Scene scene)
+    : start_(std::move(scene)), data_{.entries = {}, .numbering = Numbering(start_)} {}
+
+Recording::Data Recording::data() const {
+  const std::lock_guard lock(mutex_);
+  return data_;
+}
+
+void Recording::restore(Data data) {
+  const std::lock_guard lock(mutex_);
+  data_ = std::move(data);
+}
 
 void Recording::clear() {
   const std::lock_guard lock(mutex_);
-  entries_.clear();
-  step_ = 0;
-  time_ = 0.0;
-  events_made_ = 0;
-  numbering_ = Numbering(start_);
+  data_ = {.entries = {}, .numbering = Numbering(start_)};
 }
 
 void Recording::add(const Session& session, const Edit& edit, const std::string& note) {
   const std::lock_guard lock(mutex_);
-  entries_.push_back({session.step_number(), session.time(), session.time_step(), edit, note});
-  counts_ = counts_of(session);
+  data_.entries.push_back({session.step_number(), session.time(), session.time_step(), edit, note});
+  data_.counts = counts_of(session);
 }
 
 void Recording::move_to(const Session& session) {
   const std::lock_guard lock(mutex_);
-  step_ = session.step_number();
-  time_ = session.time();
-  counts_ = counts_of(session);
-  if (entries_.empty()) first_time_step_ = session.time_step();
+  data_.step = session.step_number();
+  data_.time = session.time();
+  data_.counts = counts_of(session);
+  if (data_.entries.empty()) data_.first_time_step = session.time_step();
 }
 
 void Recording::set_events_made(std::size_t count, const Numbering& numbering) {
   const std::lock_guard lock(mutex_);
-  events_made_ = count;
-  numbering_ = numbering;
+  data_.events_made = count;
+  data_.numbering = numbering;
 }
 
 Scene Recording::scene() const {
   const std::lock_guard lock(mutex_);
   Scene scene = start_;
+  // A scene file must have an end.
+  if (std::isinf(scene.time.end)) scene.time.end = TimeSettings{}.end;
   scene.event.clear();
-  for (const Entry& entry : entries_) {
+  for (const Entry& entry : data_.entries) {
     EventSettings event;
     event.at = entry.time;
     event.edits = {entry.edit};
@@ -78,25 +88,25 @@ Scene Recording::scene() const {
 // end, too. It must not be before the edits that follow.
 void Recording::set_ends(Scene& scene) const {
   double* end = &scene.time.end;
-  if (step_ == 0) {
-    for (std::size_t i = 0; i < entries_.size(); ++i) {
+  if (data_.step == 0) {
+    for (std::size_t i = 0; i < data_.entries.size(); ++i) {
       if (auto* set = std::get_if<SetTime>(&scene.event[i].edits.front())) set->settings.end = *end;
     }
     return;
   }
-  double time_step = first_time_step_;
-  for (std::size_t i = 0; i < entries_.size(); ++i) {
+  double time_step = data_.first_time_step;
+  for (std::size_t i = 0; i < data_.entries.size(); ++i) {
     auto* set = std::get_if<SetTime>(&scene.event[i].edits.front());
     if (set == nullptr) continue;
-    if (entries_[i].step == step_) {  // no step was made after this edit
-      set->settings.end = time_ + entries_[i].time_step;
+    if (data_.entries[i].step == data_.step) {  // no step was made after this edit
+      set->settings.end = data_.time + data_.entries[i].time_step;
       continue;
     }
-    *end = time_ + time_step;
+    *end = data_.time + time_step;
     end = &set->settings.end;
-    time_step = entries_[i].time_step;
+    time_step = data_.entries[i].time_step;
   }
-  *end = time_;
+  *end = data_.time;
 }
 
 // The settings of the sections after all edits so far.
@@ -107,21 +117,21 @@ Settings Recording::present_settings() const {
   for (const MaterialRegionSettings& region : start_.material_region) {
     present.materials.push_back(region.material);
   }
-  for (const Entry& entry : entries_) std::visit(ApplyToSections{present}, entry.edit);
+  for (const Entry& entry : data_.entries) std::visit(ApplyToSections{present}, entry.edit);
   return present;
 }
 
 void Recording::add_events_to_come(Scene& scene) const {
-  Numbering numbering = numbering_;
-  ForEachList<std::size_t> counts = counts_;
+  Numbering numbering = data_.numbering;
+  ForEachList<std::size_t> counts = data_.counts;
   Settings present = present_settings();
-  for (std::size_t i = events_made_; i < start_.event.size(); ++i) {
+  for (std::size_t i = data_.events_made; i < start_.event.size(); ++i) {
     EventSettings event = start_.event[i];
     event.at = std::max(event.at, scene.event.empty() ? event.at : scene.event.back().at);
     event.edits.clear();
     for (const Edit& edit : start_.event[i].edits) {
       std::optional<Edit> translated = numbering.translated(edit);
-      if (translated && !entries_.empty()) {
+      if (translated && !data_.entries.empty()) {
         translated = with_present_settings(*translated, start_.event[i], present);
       }
       numbering.record_edit(edit, counts, false);

@@ -14,7 +14,29 @@ namespace tetraction::viewer {
 /// Stores all edits with their times and makes a scene of them. All functions are thread-safe.
 class Recording {
  public:
+  /// An edit that was made.
+  struct Entry {
+    Index step = 0;
+    double time = 0.0;
+    double time_step = 0.0;  ///< time step after the edit, s
+    Edit edit;
+    std::string note;
+  };
+  /// Everything that it has stored.
+  struct Data {
+    std::vector<Entry> entries;
+    Index step = 0;
+    double time = 0.0;
+    double first_time_step = 0.0;
+    ForEachList<std::size_t> counts{};
+    std::size_t events_made = 0;
+    Numbering numbering;
+  };
+
   explicit Recording(Scene scene);
+
+  Data data() const;
+  void restore(Data data);
 
   /// Removes everything.
   void clear();
@@ -31,27 +53,13 @@ class Recording {
   Scene scene() const;
 
  private:
-  struct Entry {
-    Index step = 0;
-    double time = 0.0;
-    double time_step = 0.0;  // time step after the edit, s
-    Edit edit;
-    std::string note;
-  };
-
   void set_ends(Scene& scene) const;
   void add_events_to_come(Scene& scene) const;
   Settings present_settings() const;
 
   const Scene start_;
   mutable std::mutex mutex_;
-  std::vector<Entry> entries_;
-  Index step_ = 0;
-  double time_ = 0.0;
-  double first_time_step_ = 0.0;
-  ForEachList<std::size_t> counts_{};
-  std::size_t events_made_ = 0;
-  Numbering numbering_;
+  Data data_;
 };
 
 }  // namespace tetraction::viewer

@@ -48,8 +48,22 @@ void Simulation::go_back() {
   impl_->send(Action{&SolverThread::go_back});
 }
 
+void Simulation::go_before_last_edit() {
+  impl_->send(Action{&SolverThread::go_before_last_edit, true});
+}
+void Simulation::set_pauses(bool at_end, bool at_energy_error) {
+  const auto shared = impl_->lock();
+  shared->pauses_at_end = at_end;
+  shared->pauses_at_energy_error = at_energy_error;
+}
+
 void Simulation::set_steps_per_snapshot(int steps) {
   impl_->lock()->steps_per_snapshot = std::max(steps, 1);
+}
+
+void Simulation::set_picture_interval(double interval) {
+  impl_->lock()->picture_interval = interval > 0.0 ? interval : 0.0;
+  impl_->send(Publish{});
 }
 
 void Simulation::set_speed_limit(double real_time_factor) {
@@ -59,7 +73,7 @@ void Simulation::set_speed_limit(double real_time_factor) {
 
 void Simulation::set_color_field(ColorField field) {
   impl_->lock()->field = field;
-  impl_->send(Action{[](SolverThread&) {}});
+  impl_->send(Publish{});
 }
 
 void Simulation::edit(Edit edit, std::string what, bool continues_previous) {
@@ -70,6 +84,16 @@ void Simulation::grab(std::vector<Index> vertices) {
       [vertices = std::move(vertices)](SolverThread& solver) { solver.engine().grab(vertices); },
       true});
 }
+void Simulation::pull(std::vector<Index> vertices, double radius) {
+  impl_->send(Action{[vertices = std::move(vertices), radius](SolverThread& solver) {
+                       solver.pull(vertices, radius);
+                     },
+                     true});
+}
+void Simulation::set_pull_radius(double radius) {
+  impl_->send(
+      Action{[radius](SolverThread& solver) { solver.engine().set_pull_radius(radius); }, true});
+}
 void Simulation::drag_to(const Vector3& position) {
   impl_->send(DragTo{position});
 }
@@ -77,10 +101,10 @@ void Simulation::release() {
   impl_->send(Action{[](SolverThread& solver) { solver.engine().release(); }});
 }
 void Simulation::undo() {
-  impl_->send(Action{[](SolverThread& solver) { solver.engine().undo(); }, true});
+  impl_->send(Action{[](SolverThread& solver) { solver.undo(); }, true});
 }
 void Simulation::redo() {
-  impl_->send(Action{[](SolverThread& solver) { solver.engine().redo(); }, true});
+  impl_->send(Action{[](SolverThread& solver) { solver.redo(); }, true});
 }
 
 void Simulation::observe(std::unique_ptr<Observer> observer) {
@@ -103,7 +127,7 @@ std::size_t Simulation::edit_count() const {
 }
 bool Simulation::edited_since(std::size_t count) const {
   const auto shared = impl_->lock();
-  return shared->edits_waiting || (!shared->undo_text.empty() && shared->edit_count > count);
+  return shared->edits_waiting || (shared->has_edits && shared->edit_count > count);
 }
 
 std::shared_ptr<const Snapshot> Simulation::snapshot() const {
@@ -130,6 +154,9 @@ std::vector<Notice> Simulation::take_notices() {
   return std::exchange(impl_->lock()->notices, {});
 }
 
+std::vector<std::string> Simulation::take_ended_causes() {
+  return std::exchange(impl_->lock()->ended_causes, {});
+}
 bool Simulation::idle() const {
   return impl_->lock()->idle();
 }

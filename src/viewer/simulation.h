@@ -36,12 +36,15 @@ inline constexpr std::size_t kNewest = std::numeric_limits<std::size_t>::max();
 struct Notice {
   enum class Kind { kRefused, kWarning } kind = Kind::kWarning;
   std::string text;
+  /// What it is about. A later notice of the same cause replaces it, and it goes with its cause
+  /// (Simulation::take_ended_causes()). Empty: it stays until the user closes it.
+  std::string cause{};
 };
 
 /// Runs a scene in its own thread. The functions must be called from one thread, that of the window.
 /// They return at once. Their commands are executed between two steps, in the order of the calls. The
 /// scene's events are made at their times. If the session refuses an event, there is a notice, and the
-/// run continues. The run has no end: time.end is ignored.
+/// run continues. It goes on beyond time.end, unless set_pauses() says otherwise.
 class Simulation {
  public:
   /// Sets up the scene in the calling thread. The run is paused. Throws InputError.
@@ -63,12 +66,18 @@ class Simulation {
   void pause();
   /// Makes one step, then pauses.
   void step();
-  /// Returns to the scene's start and pauses. Settings that the user changed keep their present values,
-  /// and each change can be undone. Vertices that the user fixed are fixed at their positions at the
+  /// Returns to the scene's start and pauses. Settings that the user changed keep their present
+  /// values. Vertices that the user fixed are fixed at their positions at the
   /// start, unless a target was given. Changes of positions and momenta are not repeated.
   void restart();
   /// Returns to the scene's start, pauses, and removes the user's edits.
   void reset();
+  /// Whether a running simulation pauses at time.end, and when the energy error passes a hundredth of
+  /// the energy that entered (EnergyWatch). Snapshot::pause then says why. run() goes on.
+  void set_pauses(bool at_end, bool at_energy_error);
+  /// Undoes the last edit and brings back the positions and momenta before it, after a failure, too.
+  /// The time goes on. Does nothing unless Snapshot::knows_last_edit.
+  void go_before_last_edit();
   /// Returns to the last good state after a failure, with the history up to that state, and pauses.
   /// After a failure edits and steps are refused until this function is called.
   void go_back();
@@ -77,6 +86,9 @@ class Simulation {
   void set_steps_per_snapshot(int steps);
   /// Limits the simulated seconds per real second. 0 means no limit.
   void set_speed_limit(double real_time_factor);
+  /// Makes a snapshot of the first state at or after each multiple of this time, s, and waits with the
+  /// next step until it has been read. 0 ends this.
+  void set_picture_interval(double interval);
   /// Sets the field of Snapshot::field_values in the next snapshots.
   void set_color_field(ColorField field);
 
@@ -85,7 +97,8 @@ class Simulation {
   /// slider moves. Then both are undone together, and the edit replaces the previous one if that has
   /// not been made yet.
   void edit(Edit edit, std::string what, bool continues_previous = false);
-  /// Undoes the last edit: the settings get their earlier values at the present time. If no step has
+  /// Undoes the last edit or restart(). After a restart the run is as it was before, with its history
+  /// and its edits. Otherwise the settings get their earlier values at the present time. If no step has
   /// been made since the edit, positions and momenta are restored, too. Otherwise an edit of positions
   /// or momenta is undone by the opposite change, and vertices that were released are fixed at their
   /// present positions.
@@ -96,6 +109,10 @@ class Simulation {
   /// simulation runs, the vertices move with a bounded velocity. While it is paused, they are moved at
   /// once. The whole drag is undone as one edit.
   void grab(std::vector<Index> vertices);
+  /// The same with a damped spring instead of an exact constraint (SpringDrag): the body gives way. It
+  /// pulls all vertices within `radius` (m at rest; 0: the usual one), which may change meanwhile.
+  void pull(std::vector<Index> vertices, double radius = 0.0);
+  void set_pull_radius(double radius);
   void drag_to(const Vector3& position);
   void release();
   /// Texts of the edits that undo() and redo() would process. Empty if there is none.
@@ -127,6 +144,9 @@ class Simulation {
   std::vector<EditMark> marks() const;
   /// The notices that are new since the last call.
   std::vector<Notice> take_notices();
+  /// The causes of notices that do not exist any more, new since the last call. Notices that are not
+  /// taken yet do not have them.
+  std::vector<std::string> take_ended_causes();
   /// Whether no command is waiting and no step is being made.
   bool idle() const;
   /// Waits until the simulation is idle, but no longer than this many seconds.

@@ -51,6 +51,9 @@ struct EditMark {
 /// The quantity that colours the body, out of color_quantities(). Null: one colour.
 using ColorField = const Quantity*;
 
+/// Why a running simulation has paused by itself.
+enum class Pause { kNone, kEnd, kEnergyError };
+
 /// A state between two steps. It is not changed after it has been published. Therefore the window may
 /// keep it for any time.
 struct Snapshot {
@@ -61,9 +64,11 @@ struct Snapshot {
   RunStatus status = RunStatus::kRunning;
   bool running = false;             ///< whether the solver makes steps
   std::string message;              ///< of a run that ended; otherwise empty
+  Index failed_element = -1;        ///< that a failure is about, or −1
   Vector position;                  ///< 3 per vertex, m
   Vector velocity, momentum;        ///< m/s, kg m/s
-  Vector external_force;            ///< N
+  Vector external_force;            ///< of all loads, N
+  Vector user_force;                ///< of the forces that the user has added, N
   Vector reaction_force;            ///< N
   std::vector<std::uint8_t> fixed;  ///< per vertex: 1 if a [[fix]] or the mouse prescribes it
   ColorField field = nullptr;
@@ -71,7 +76,13 @@ struct Snapshot {
   std::vector<float> field_values;  ///< per vertex or per tetrahedron
   double stable_step = 0.0;         ///< estimate of the explicit limit, s
   double real_time_factor = 0.0;    ///< simulated seconds per real second; 0 if paused
-  double adapted_step = 0.0;        ///< the last step if steps adapt, s; otherwise 0
+  Pause pause = Pause::kNone;
+  double energy_error = 0.0;     ///< that EnergyWatch has found, J
+  double energy_entered = 0.0;   ///< J
+  bool knows_last_edit = false;  ///< whether go_before_last_edit() is possible
+  std::vector<Index> pulled;     ///< vertices that the mouse pulls with a spring
+  double pull_radius = 0.0;      ///< m
+  double adapted_step = 0.0;     ///< the last step if steps adapt, s; otherwise 0
 };
 
 }  // namespace tetraction::viewer

@@ -1,5 +1,7 @@
 #include "snapshot_maker.h"
 
+#include "tetraction/simulation/step_failure.h"
+
 namespace tetraction::viewer {
 
 std::vector<std::uint8_t> prescribed_vertices(const Session& session) {
@@ -27,6 +29,10 @@ Snapshot make_snapshot(const Session& session, ColorField field) {
   snapshot.step = state.step;
   snapshot.status = session.status();
   snapshot.message = session.message();
+  if (const StepFailure* failure = session.failure();
+      failure != nullptr && !failure->elements.empty()) {
+    snapshot.failed_element = failure->elements.front();
+  }
   snapshot.position = state.position;
   snapshot.velocity = state.velocity;
   snapshot.momentum = state.momentum;

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <iterator>
 #include <utility>
 
@@ -21,7 +22,6 @@ constexpr Seconds kSnapshotInterval{0.004};
 // times as long as the estimate: after an edit that may have changed the limit, and otherwise.
 constexpr double kLimitPauseAfterEdit = 4.0;
 constexpr double kLimitPause = 30.0;
-constexpr double kDragDelay = 0.08;  // real time in which a dragged vertex reaches the mouse, s
 
 // Sets a flag as long as it lives.
 class Raised {
@@ -34,6 +34,16 @@ class Raised {
  private:
   bool& flag_;
 };
+
+constexpr const char* kRestart = "Restart";
+constexpr const char* kCommandCause = "command";
+
+void end_causes(SharedState& shared, const std::vector<std::string>& causes) {
+  for (const std::string& cause : causes) {
+    std::erase_if(shared.notices, [&](const Notice& notice) { return notice.cause == cause; });
+    shared.ended_causes.push_back(cause);
+  }
+}
 
 bool is_edit(const Command& command) {
   const auto* action = std::get_if<Action>(&command);
@@ -121,7 +131,10 @@ void SolverThread::begin() {
   limit_cost_ = session().times().stability;
   stepping_since_limit_ = 0.0;
   limit_is_old_ = false;
-  speed_limiter_.restart(0.0);
+  speed_limiter_.restart(session().time());
+  energy_.restart(session());
+  pause_ = Pause::kNone;
+  passed_end_ = false;
   ++body_;
   const auto shared = shared_.lock();
   shared->history.clear();
@@ -134,16 +147,20 @@ void SolverThread::publish_edit_results() {
   std::vector<EditMark> new_marks = engine_->take_marks();
   std::vector<Notice> new_notices = engine_->take_notices();
   if (!snapshot_due_ && new_marks.empty() && new_notices.empty()) return;
+  const std::vector<std::string> ended = engine_->take_ended_causes();
   const std::size_t new_edits = engine_->take_edit_count();
   Settings settings = engine_->settings();
-  std::string undo_text = engine_->edits().undo_text();
-  std::string redo_text = engine_->edits().redo_text();
+  user_force_ = engine_->user_force();
+  std::string undo_text = restart_is_last() ? kRestart : engine_->edits().undo_text();
+  std::string redo_text = can_redo_restart_ ? kRestart : engine_->edits().redo_text();
   limit_is_old_ = engine_->take_limit_change() || limit_is_old_;
   const auto shared = shared_.lock();
   shared->settings = std::move(settings);
   shared->undo_text = std::move(undo_text);
   shared->redo_text = std::move(redo_text);
   shared->edit_count += new_edits;
+  shared->has_edits = engine_->edits().undo_count() > 0;
+  end_causes(*shared, ended);
   shared->edits_waiting = std::any_of(shared->commands.begin(), shared->commands.end(), is_edit);
   shared->marks.insert(shared->marks.end(), new_marks.begin(), new_marks.end());
   std::move(new_notices.begin(), new_notices.end(), std::back_inserter(shared->notices));
@@ -161,6 +178,15 @@ void SolverThread::publish() {
   if (session().time_settings().adapt != StepAdaptation::kNone) {
     next->adapted_step = session().steps().last;
   }
+  next->user_force = user_force_;
+  next->pause = pause_;
+  next->energy_error = energy_.error();
+  next->energy_entered = energy_.entered();
+  next->knows_last_edit = engine_->edits().knows_state_before_last();
+  if (const SpringDrag* spring = engine_->spring()) {
+    next->pulled = spring->pulled();
+    next->pull_radius = spring->radius();
+  }
   next->real_time_factor = speed_limiter_.real_time_factor(session().time());
   const auto shared = shared_.lock();
   next->running = shared->running;
@@ -168,18 +194,6 @@ void SolverThread::publish() {
   shared->snapshot = std::move(next);
   shared->snapshot_taken = false;
   published_ = Clock::now();
-}
-
-// Estimates the stability limit. In a failed state this is possible only if the energy is defined.
-void SolverThread::estimate_limit() {
-  limit_is_old_ = false;
-  stepping_since_limit_ = 0.0;
-  const MechanicalSystem& system = session().system();
-  if (!system.elastic().admissible(session().state().position).ok()) return;
-  const Clock::time_point start = Clock::now();
-  const Interruptible interruptible(gives_up_);
-  stable_step_ = session().current_limit().critical_step;
-  limit_cost_ = Seconds(Clock::now() - start).count();
 }
 
 void SolverThread::pause() {
@@ -206,9 +220,12 @@ void SolverThread::step() {
   if (session().step_number() > before) {
     notify_observer([this](Observer& o) { return o.on_step(session()); });
   }
+  can_redo_restart_ = false;
   if (!can_continue) {
     snapshot_due_ = true;
     end_observation();
+  } else {
+    check_pauses();
   }
   limit_is_old_ = engine_->take_limit_change() || limit_is_old_;
   if (stepping_since_limit_ > (limit_is_old_ ? kLimitPauseAfterEdit : kLimitPause) * limit_cost_) {
@@ -258,15 +275,8 @@ void SolverThread::execute(Observe& observe) {
   });
 }
 
-void SolverThread::run() {
-  engine_->require_good_state();
-  speed_limiter_.restart(session().time());
-  shared_.lock()->running = true;
-}
-
-void SolverThread::step_once() {
-  pause();
-  step();
+bool SolverThread::restart_is_last() const {
+  return past_ && engine_->edits().undo_count() <= past_->kept_edits;
 }
 
 void SolverThread::restart() {
@@ -275,6 +285,20 @@ void SolverThread::restart() {
   engine_->release();
   engine_->go_back();  // ends a drag that could not be released in the failed state
   const std::vector<MadeEdit> made = engine_->edits().edits_in_effect();
+  can_redo_restart_ = false;
+  publish_edit_results();  // the marks of the last edits
+  Past past{.engine = std::move(engine_),
+            .recording = recording_.data(),
+            .history = HistoryLog(),
+            .marks = {},
+            .stable_step = stable_step_,
+            .passed_end = passed_end_,
+            .energy = energy_};
+  {
+    const auto shared = shared_.lock();
+    past.history = shared->history;
+    past.marks = shared->marks;
+  }
   engine_ = std::make_unique<Engine>(scene_, mesh_, recording_);
   engine_->take_notices();  // those of the scene are known already
   begin();
@@ -282,31 +306,9 @@ void SolverThread::restart() {
     report_failure_of([&] { engine_->edit(kept.edit, kept.what, kept.continues_previous); });
   }
   engine_->take_edit_count();  // the user has made them before
-}
-
-void SolverThread::reset() {
-  pause();
-  end_observation();
-  engine_ = std::make_unique<Engine>(scene_, mesh_, recording_);
-  begin();
-}
-
-void SolverThread::go_back() {
-  pause();
-  engine_->go_back();
-  shared_.lock()->history.go_back_to(session().step_number());
-}
-
-void SolverThread::execute(const DragTo& drag) {
-  // The delay is in real time. Therefore it is converted to simulated time with the measured speed.
-  // Until the speed has been measured, it is assumed to be 1.
-  const double factor = speed_limiter_.real_time_factor(session().time());
-  const bool running = shared_.lock()->running;
-  engine_->drag_to(drag.position, running ? kDragDelay * (factor > 0.0 ? factor : 1.0) : 0.0);
-}
-
-void SolverThread::execute(MakeEdit& edit) {
-  engine_->edit(std::move(edit.edit), edit.what, edit.continues_previous);
+  past.kept_edits = engine_->edits().undo_count();
+  // A restart at the start has changed nothing.
+  if (past.engine->session().step_number() > 0) past_ = std::move(past);
 }
 
 // Calls work(). An InputError or NumericalError becomes a notice about a refused command. Any other exception becomes a
@@ -318,15 +320,21 @@ void SolverThread::report_failure_of(const Work& work) {
     work();
     return;
   } catch (const InputError& error) {
-    notice = {Notice::Kind::kRefused, error.what()};
+    notice = {Notice::Kind::kRefused, error.what(), kCommandCause};
   } catch (const NumericalError& error) {
-    notice = {Notice::Kind::kRefused, error.what()};
+    notice = {Notice::Kind::kRefused, error.what(), kCommandCause};
   } catch (const std::exception& error) {
     notice = {Notice::Kind::kWarning,
               fmt::format("The solver stopped: {}. Reset, or open the scene again.", error.what())};
     pause();
   }
+  refused_ = notice.cause == kCommandCause;
   shared_.lock()->notices.push_back(std::move(notice));
+}
+
+// A command that succeeds ends what was said about one that was refused.
+void SolverThread::end_refusal() {
+  if (std::exchange(refused_, false)) end_causes(*shared_.lock(), {kCommandCause});
 }
 
 // Returns the next task. If a running simulation has none yet, `due` is the time of the next step.
@@ -344,6 +352,17 @@ SolverThread::Task SolverThread::task_due(SharedState& shared,
     speed_limiter_.set_limit(shared.speed_limit, time);
   const Clock::time_point now = Clock::now();
   if (shared.running) {
+    if (shared.picture_interval > 0.0) {
+      constexpr double kRoundOff = 1e-9;
+      const double number = std::floor(time / shared.picture_interval + kRoundOff);
+      const bool published = shared.snapshot->time == time;
+      if (number != pictured_ && !published) return {Task::Kind::kPublish};
+      if (number != pictured_ && !shared.snapshot_taken) {
+        due = now + std::chrono::milliseconds(1);
+        return {Task::Kind::kNone};
+      }
+      pictured_ = number;
+    }
     due = speed_limiter_.due(time);
     const bool waits = *due > now;
     // A snapshot is made only after the window has read the previous one, because it may take longer
@@ -385,6 +404,7 @@ void SolverThread::carry_out(Task& task) {
     case Task::Kind::kCommand:
       snapshot_due_ = true;
       std::visit([this](auto& specific) { execute(specific); }, task.command);
+      if (!std::holds_alternative<Publish>(task.command)) end_refusal();
       return;
     case Task::Kind::kPublish:
       publish();

@@ -13,6 +13,7 @@
 #include <variant>
 #include <vector>
 
+#include "energy_watch.h"
 #include "engine.h"
 #include "guarded.h"
 #include "history_log.h"
@@ -38,7 +39,8 @@ struct MakeEdit {
   std::string what;
   bool continues_previous = false;
 };
-using Command = std::variant<Action, DragTo, Observe, MakeEdit>;
+struct Publish {};
+using Command = std::variant<Action, DragTo, Observe, MakeEdit, Publish>;
 
 /// Data that the window's thread and the solver's thread share. No computation is made while the lock
 /// is held.
@@ -50,6 +52,9 @@ struct SharedState {
   bool observed = false;
   int steps_per_snapshot = 1;
   double speed_limit = 0.0;
+  double picture_interval = 0.0;  // s; 0: pictures are drawn when there is time for them
+  bool pauses_at_end = false;
+  bool pauses_at_energy_error = false;
   ColorField field = nullptr;
   std::shared_ptr<const Snapshot> snapshot;
   bool snapshot_taken = false;  // whether the window has read the snapshot
@@ -57,9 +62,11 @@ struct SharedState {
   HistoryLog history;
   std::vector<EditMark> marks;
   std::vector<Notice> notices;
+  std::vector<std::string> ended_causes;
   std::string undo_text;
   std::string redo_text;
   std::size_t edit_count = 0;  // edits, undos and redos that have been made
+  bool has_edits = false;      // whether there are edits that have not been undone
   bool edits_waiting = false;  // whether some are not in the texts and the count yet
 
   bool has_ended = false;  // whether the solver's thread does nothing any more
@@ -94,6 +101,10 @@ class SolverThread {
   // For actions, in the solver's thread. They do what the functions of Simulation say.
   Engine& engine() { return *engine_; }
   void run();
+  void undo();
+  void redo();
+  void go_before_last_edit();
+  void pull(const std::vector<Index>& vertices, double radius);
   void pause();
   void step_once();
   void restart();
@@ -101,6 +112,17 @@ class SolverThread {
   void go_back();
 
  private:
+  // A run that restart() has replaced, and what is needed to return to it.
+  struct Past {
+    std::unique_ptr<Engine> engine;
+    Recording::Data recording;
+    HistoryLog history;
+    std::vector<EditMark> marks;
+    double stable_step = 0.0;
+    bool passed_end = false;
+    EnergyWatch energy{};
+    std::size_t kept_edits = 0;  // EditHistory::undo_count() of the new run at its start
+  };
   struct Task {
     enum class Kind { kNone, kCommand, kPublish, kStep, kEstimateLimit } kind = Kind::kNone;
     Command command{};  // of kCommand
@@ -119,6 +141,13 @@ class SolverThread {
   void execute(const DragTo&);
   void execute(Observe& observe);
   void execute(MakeEdit& edit);
+  void execute(const Publish&) {}
+  bool restart_is_last() const;
+  void return_to_past();
+  void resume();
+  void check_pauses();
+  void pause_for(Pause pause);
+  void end_refusal();
   template <class Work>
   void report_failure_of(const Work& work);
   Task task_due(SharedState& shared, std::optional<Clock::time_point>& due);
@@ -133,11 +162,19 @@ class SolverThread {
 
   // Data of the solver's thread.
   std::unique_ptr<Engine> engine_;
+  Vector user_force_;
+  std::optional<Past> past_;
+  bool can_redo_restart_ = false;  // whether the restart was the last thing undone
+  bool refused_ = false;           // whether the last command was refused
+  EnergyWatch energy_;
+  Pause pause_ = Pause::kNone;
+  bool passed_end_ = false;  // whether the user has gone on beyond the end
   SpeedLimiter speed_limiter_;
   std::uint64_t generation_ = 0;
   std::uint64_t body_ = 0;
   Clock::time_point published_ = Clock::now();
   int steps_since_snapshot_ = 0;
+  double pictured_ = -1.0;  // number of the picture interval that the last snapshot began
   bool snapshot_due_ = true;
   double stable_step_ = 0.0;
   bool limit_is_old_ = false;

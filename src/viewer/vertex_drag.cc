@@ -146,6 +146,7 @@ void VertexDrag::before_step() {
 }
 
 void VertexDrag::release() {
+  const Vector3 velocity = moving_ ? velocity_ : Vector3::Zero();  // that of the mouse
   moving_ = false;
   // Without velocity the fix is an ordinary fix of these vertices at their present positions.
   if (!prescribed_before_.empty() || !velocity_.isZero(0.0)) set_velocity(Vector3::Zero());
@@ -156,7 +157,18 @@ void VertexDrag::release() {
       to_release.push_back(v);
     }
   }
-  if (!to_release.empty()) make_(Unfix{ids(to_release), {}}, what_, true);
+  if (to_release.empty()) return;
+  make_(Unfix{ids(to_release), {}}, what_, true);
+  // The momenta of some rules swing about those of a prescribed motion.
+  ShiftState brake;
+  for (const Index v : to_release) {
+    const Vector3 impulse =
+        session_.system().mass()[v] * velocity - vertex_block(session_.state().momentum, v);
+    if (impulse.isZero(0.0)) continue;
+    brake.change.vertices.push_back(session_.system().mesh().vertex_id(v));
+    brake.change.impulse.push_back(impulse);
+  }
+  if (!brake.change.vertices.empty()) make_(brake, what_, true);
 }
 
 }  // namespace tetraction::viewer

@@ -32,8 +32,8 @@ class VertexDrag {
   void move_at_once(const Vector3& goal);
   /// Must be called before each step.
   void before_step();
-  /// Releases the vertices. Those that were prescribed before the drag are fixed at their present
-  /// positions.
+  /// Releases the vertices with the velocity of the mouse. Those that were prescribed before the drag
+  /// are fixed at their present positions.
   void release();
 
  private:

@@ -181,6 +181,7 @@ TEST_F(TermDerivatives, MayJump) {
 TEST_F(TermDerivatives, OfTheTermsOfTheLibraryFitTheirEnergies) {
   system_.set_environment(Environment::attraction(40.0, 0.2));
   system_.set_damping({2.0, 0.5, 0.0});
+  system_.set_pull(VertexPull({1, 4, 9}, system_.mass(), {0.3, 0.2, -0.1}, 500.0, 20.0));
   int potentials = 0;
   int dissipations = 0;
   for (const ForceTerm* term : system_.force_terms()) {
@@ -194,8 +195,30 @@ TEST_F(TermDerivatives, OfTheTermsOfTheLibraryFitTheirEnergies) {
       ++dissipations;
     }
   }
-  EXPECT_EQ(potentials, 1);
-  EXPECT_EQ(dissipations, 1);
+  EXPECT_EQ(potentials, 2);
+  EXPECT_EQ(dissipations, 2);
+}
+
+TEST(VertexPull, AcceleratesItsVerticesAlike) {
+  MechanicalSystem system(small_block(), all_materials()[1], 1000.0);
+  const std::vector<Index> vertices{1, 4, 9};
+  const VertexPull pull(vertices, system.mass(), {0.3, 0.2, -0.1}, 500.0, 20.0);
+  const Vector position = system.mesh().rest_positions();
+  Vector force = Vector::Zero(system.dof_count());
+  pull.add_gradient(system.force_point(position, 0.0), force);
+  Vector3 mean = Vector3::Zero();
+  double mass = 0.0;
+  for (const Index v : vertices) {
+    mean += system.mass()[v] * vertex_block(position, v);
+    mass += system.mass()[v];
+  }
+  const Vector3 acceleration = 500.0 * (mean / mass - Vector3(0.3, 0.2, -0.1)) / mass;
+  for (const Index v : vertices) {
+    EXPECT_LT((vertex_block(force, v) / system.mass()[v] - acceleration).norm(),
+              1e-12 * acceleration.norm());
+    vertex_block(force, v).setZero();
+  }
+  EXPECT_TRUE(force.isZero(0.0));
 }
 
 // A floor with a mistake in one of its derivatives.

@@ -71,6 +71,9 @@ TEST(Restart, EachKeptSettingCanBeUndone) {
   make_steps(*simulation, 3);
   simulation->edit(SetTime{{Integrator::kMidpoint, 2e-3, false, 1.0}}, "midpoint");
   restart(*simulation);
+  EXPECT_EQ(simulation->settings().time.step, 2e-3);
+  EXPECT_EQ(simulation->undo_text(), "Restart");
+  undo(*simulation);
   EXPECT_EQ(simulation->undo_text(), "midpoint");
   undo(*simulation);
   EXPECT_EQ(simulation->settings().time.step, 1e-3);
@@ -80,7 +83,7 @@ TEST(Restart, EachKeptSettingCanBeUndone) {
   EXPECT_EQ(simulation->undo_text(), "");
   // What is undone is not kept.
   restart(*simulation);
-  EXPECT_EQ(simulation->undo_text(), "");
+  EXPECT_EQ(simulation->settings().time.step, 1e-3);
   EXPECT_TRUE(simulation->recorded_scene().event.empty());
 }
 
@@ -136,7 +139,7 @@ TEST(Restart, ForcesStayMovesAndKicksAreOver) {
   EXPECT_EQ(again->position, start->position);
   EXPECT_EQ(again->momentum, start->momentum);
   EXPECT_EQ(vertex_block(again->external_force, n - 1), Vector3(0.0, 7.0, 0.0));
-  EXPECT_EQ(simulation->undo_text(), "Force");
+  EXPECT_EQ(simulation->undo_text(), "Restart");
 }
 
 TEST(Restart, TheScenesEventsHappenAgainAtTheirTimes) {
@@ -212,6 +215,42 @@ TEST(Restart, AfterAFailureAndWithTheMouseHoldingAVertex) {
   EXPECT_EQ(simulation->snapshot()->status, RunStatus::kRunning);
   EXPECT_EQ(held(*simulation), clamped);
   EXPECT_EQ(simulation->settings().time.step, 1.0);
+}
+
+// The state, its history, its marks and the edits that can be undone come back, and the run goes on as if
+// there had been no restart.
+TEST(Restart, CanBeUndoneAndMadeAgain) {
+  const Scene scene = beam_scene();
+  const auto simulation = simulation_of(scene);
+  make_steps(*simulation, 5);
+  simulation->edit(SetDamping{{.viscosity = 50.0}}, "viscosity");
+  make_steps(*simulation, 5);
+  const auto before = simulation->snapshot();
+  const std::size_t generation = simulation->history_generation();
+  restart(*simulation);
+  make_steps(*simulation, 3);
+  simulation->edit(SetDamping{{.viscosity = 70.0}}, "more");
+  settle(*simulation);
+  EXPECT_EQ(simulation->undo_text(), "more");
+  undo(*simulation);
+  EXPECT_EQ(simulation->undo_text(), "Restart");
+  undo(*simulation);
+  const auto again = simulation->snapshot();
+  EXPECT_EQ(again->step, 10);
+  EXPECT_EQ(again->position, before->position);
+  EXPECT_EQ(again->momentum, before->momentum);
+  EXPECT_GT(again->body, before->body);
+  EXPECT_EQ(simulation->history(0).size(), 11U);
+  EXPECT_NE(simulation->history_generation(), generation);
+  EXPECT_EQ(simulation->marks().size(), 1U);
+  EXPECT_EQ(simulation->undo_text(), "viscosity");
+  EXPECT_EQ(simulation->redo_text(), "Restart");
+  redo(*simulation);
+  EXPECT_EQ(simulation->snapshot()->step, 0);
+  undo(*simulation);
+  make_steps(*simulation, 5);
+  expect_bitwise_equal(simulation->history(0),
+                       history_of_run(simulation->recorded_scene(), simulation->mesh()));
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "tetraction/dynamics/body.h"
@@ -12,6 +13,7 @@
 #include "tetraction/dynamics/terms/force_term.h"
 #include "tetraction/dynamics/terms/surface_pressure.h"
 #include "tetraction/dynamics/terms/vertex_damping.h"
+#include "tetraction/dynamics/terms/vertex_pull.h"
 #include "tetraction/fem/viscous_potential.h"
 
 namespace tetraction {
@@ -47,6 +49,8 @@ class MechanicalSystem : public Body {
   /// not exist, or a pressure without triangles.
   void set_pressures(std::vector<PressureLoad> pressures);
   const std::vector<PressureLoad>& pressures() const { return pressure_.list(); }
+  /// Replaces the spring that pulls vertices.
+  void set_pull(VertexPull pull) { pull_ = std::move(pull); }
 
   /// Adds a force term of the caller's own. Steppers and solvers that were made before do not know
   /// it. Throws InputError for a null pointer, for a name that is not made of lower-case letters,
@@ -56,7 +60,7 @@ class MechanicalSystem : public Body {
   /// The same, but takes the place of an added term with the same name, if there is one.
   void set_force_term(std::shared_ptr<const ForceTerm> term);
   /// Everything that acts on the body besides elasticity and viscosity: environment, damping of
-  /// single vertices, penalty springs, external forces, pressure, and the terms that were added, in
+  /// single vertices, penalty springs, external forces, pressure, pull, and the terms that were added, in
   /// this order.
   const std::vector<const ForceTerm*>& force_terms() const { return terms_; }
   /// Where force terms are evaluated, at an instant. It refers to `position`.
@@ -129,6 +133,7 @@ class MechanicalSystem : public Body {
   VertexDamping vertex_damping_;
   ExternalForces external_forces_;
   SurfacePressure pressure_;
+  VertexPull pull_;
   std::vector<std::shared_ptr<const ForceTerm>> added_terms_;
   std::vector<const ForceTerm*> terms_;
 };

@@ -164,6 +164,14 @@ struct EnvironmentSettings {
 /// bitwise unchanged, so that a scene which is written and read again is the same.
 Vector3 unit_direction(const Vector3& direction);
 
+/// A damped spring that pulls the mean of some vertices to a point (dynamics/terms/vertex_pull.h).
+struct PullSettings {
+  std::vector<std::int64_t> vertices;  ///< numbers of the mesh file, each once
+  Vector3 target = Vector3::Zero();    ///< m
+  double stiffness = 0.0;              ///< k, N/m
+  double damping = 0.0;                ///< d, kg/s
+};
+
 struct FixSettings {
   Selection select = SelectAll{};
   std::array<bool, 3> components{true, true, true};  ///< which of x, y, z are fixed
@@ -260,11 +268,12 @@ struct ChangeableSections {
   SolverSettings solver;
   Damping damping;
   EnvironmentSettings environment;
+  PullSettings pull;
 
   /// Their places in the order of the scene file.
   static constexpr auto members() {
     using S = ChangeableSections;
-    return std::tuple(&S::time, &S::solver, &S::damping, &S::environment);
+    return std::tuple(&S::time, &S::solver, &S::damping, &S::environment, &S::pull);
   }
   /// The section with settings of a type.
   template <class Section>
@@ -295,6 +304,7 @@ using SetTime = SetSection<TimeSettings>;
 using SetSolver = SetSection<SolverSettings>;
 using SetDamping = SetSection<Damping>;
 using SetEnvironment = SetSection<EnvironmentSettings>;
+using SetPull = SetSection<PullSettings>;
 /// Adds an entry to its list, or changes the one with that number. Loads of each kind have numbers of their
 /// own. `offset` and the default target of a [[fix]] are relative to the positions of the vertices at the time
 /// of the edit.
@@ -327,8 +337,9 @@ using ShiftState = ChangeState<ShiftSettings>;
 
 /// One change between two steps. The density cannot be changed: this would create mass, and with it
 /// momentum.
-using Edit = std::variant<SetMaterial, SetTime, SetSolver, SetDamping, SetEnvironment, SetForce,
-                          SetFix, Unfix, SetConstraint, RemoveConstraint, SetMomentum, ShiftState>;
+using Edit =
+    std::variant<SetMaterial, SetTime, SetSolver, SetDamping, SetEnvironment, SetPull, SetForce,
+                 SetFix, Unfix, SetConstraint, RemoveConstraint, SetMomentum, ShiftState>;
 
 /// Whether a kind of edit is a SetSection, a SetEntry or a ChangeState.
 template <class Kind>

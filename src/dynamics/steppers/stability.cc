@@ -86,6 +86,7 @@ Eigenpair power_largest(const ScaledMatrix& op) {
     op.perform_op(x.data(), y.data());
     const double next = x.dot(y);
     const double norm = y.norm();
+    if (!std::isfinite(norm)) return {next, x};
     if (norm == 0.0) break;
     x = y / norm;
     if (i > 10 && std::abs(next - value) <= 1e-6 * std::abs(next)) return {next, x};
@@ -150,13 +151,14 @@ Eigenpair largest_eigenpair(ScaledMatrix& op, const Vector& start = {}) {
 }
 
 // The largest eigenpair. Throws InputError if it cannot be found. Spectra fails on a matrix that is
-// zero or not finite.
+// not finite, and on one of low rank, such as the damping of a single spring.
 Eigenpair finite_largest_eigenpair(ScaledMatrix& op, const Vector& start = {}) {
   Eigenpair largest;
   largest.value = std::numeric_limits<double>::quiet_NaN();
   try {
     largest = largest_eigenpair(op, start);
   } catch (const std::runtime_error&) {
+    largest = power_largest(op);
   } catch (const std::invalid_argument&) {
   }
   if (std::isfinite(largest.value)) return largest;
@@ -297,7 +299,9 @@ StabilityLimit stability_limit(const MechanicalSystem& system, const Vector& q, 
   limit.damping_rate = vertex_damping_rate(system, q, time);
   if (has_connecting_damping(system)) {
     op.set_damping(q, time);
-    damped = finite_largest_eigenpair(op, largest.vector);
+    // A damper at a few vertices may not act on that mode at all, which would then be no start.
+    const bool is_viscous = system.damping().viscosity > 0.0;
+    damped = finite_largest_eigenpair(op, is_viscous ? largest.vector : Vector());
     limit.damping_rate = std::max(limit.damping_rate, damped.value);
   }
   if (rule == Integrator::kVerlet) {

@@ -9,6 +9,7 @@
 namespace tetraction {
 namespace {
 
+constexpr const char* kTakeForce = "take [[force]]";
 constexpr const char* kTakeFix = "take [[fix]] if vertices are only held or led";
 
 [[noreturn]] void refuse(const std::string& where, const std::string& what,
@@ -41,6 +42,7 @@ struct EditCheck {
   void operator()(const SetForce& edit) const {
     if (edit.entry.kind == LoadKind::kPressure) refuse(where, "[[pressure]]", "take [[traction]]");
   }
+  void operator()(const SetPull&) const { refuse(where, "[pull]", kTakeForce); }
   void operator()(const SetConstraint&) const { refuse(where, "[[constraint]]", kTakeFix); }
   void operator()(const RemoveConstraint&) const { refuse(where, "[[constraint]]", kTakeFix); }
   void operator()(const ShiftState&) const { refuse(where, "a shift of vertices", "leave it out"); }
@@ -69,6 +71,7 @@ void refuse_what_parts_lack(const Scene& scene, Analysis analysis) {
   if (!scene.pressure.empty()) {
     refuse(scene.pressure.front().where, "[[pressure]]", "take [[traction]]");
   }
+  if (!scene.pull.vertices.empty()) refuse("", "[pull]", kTakeForce);
   if (!scene.constraint.empty()) {
     refuse(scene.constraint.front().where, "[[constraint]]", kTakeFix);
   }

@@ -1,4 +1,4 @@
-// [time], [solver], [environment], [damping], [initial], [output]
+// [time], [solver], [environment], [damping], [pull], [initial], [output]
 
 #include <fmt/format.h>
 
@@ -97,6 +97,11 @@ std::string amplitude_conflict(const EnvironmentSettings& environment) {
   return environment.kind == EnvironmentKind::kNone && !environment.amplitude.empty()
              ? "has no effect without an environment: choose a kind, or leave it out."
              : "";
+}
+
+std::string pull_conflict(const PullSettings& pull) {
+  const bool acts = pull.stiffness > 0.0 || pull.damping > 0.0;
+  return acts && pull.vertices.empty() ? "must name the vertices that the spring pulls." : "";
 }
 
 const char* strength_unit(const EnvironmentSettings& environment) {
@@ -284,6 +289,37 @@ SceneSection damping_section() {
         DocumentedValue<S>{"table"}}});
   section.put_into = [](const void* settings, MechanicalSystem& system, const auto&) {
     system.set_damping(*static_cast<const S*>(settings));
+  };
+  return section;
+}
+
+SceneSection pull_section() {
+  using S = PullSettings;
+  SceneSection section = make_section<S>(
+      "pull",
+      {{{.name = "vertices", .help = "the numbers of the vertices in the mesh file, each once"},
+        &S::vertices},
+       {{.name = "target", .unit = "m", .help = "the point to which their mean is pulled"},
+        &S::target},
+       {{.name = "stiffness",
+         .unit = "N/m",
+         .help = "k of the spring with the force −k(x̄ − target)",
+         .range = kModerateNotNegative},
+        &S::stiffness},
+       {{.name = "damping",
+         .unit = "kg/s",
+         .help = "d of the damper with the force −d v̄",
+         .range = kModerateNotNegative},
+        &S::damping}},
+      {{{"vertices"}, pull_conflict}});
+  section.put_into = [](const void* settings, MechanicalSystem& system, const auto&) {
+    const auto& pull = *static_cast<const S*>(settings);
+    std::vector<Index> vertices;
+    if (!pull.vertices.empty()) {
+      vertices = select_vertices(system.mesh(), SelectVertices{pull.vertices});
+    }
+    system.set_pull(
+        VertexPull(std::move(vertices), system.mass(), pull.target, pull.stiffness, pull.damping));
   };
   return section;
 }

@@ -167,6 +167,12 @@ struct Editor {
     check_settings(next);
     renewal.stepper = true;
   }
+  // The target moves with the mouse, which must not cost a new solver.
+  void renew(const PullSettings& present, const PullSettings& next) {
+    renewal.stepper = renewal.limit = next.vertices != present.vertices ||
+                                      next.stiffness != present.stiffness ||
+                                      next.damping != present.damping;
+  }
   void renew(const Damping&, const Damping&) { renewal.limit = true; }
   void renew(const EnvironmentSettings&, const EnvironmentSettings&) {
     renewal.limit = !system.environment().is_uniform();

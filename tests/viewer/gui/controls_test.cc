@@ -140,23 +140,21 @@ TEST_F(Controls, LimitTurnsRedAndBlowUpOffersTheWayBack) {
   EXPECT_TRUE(find<QLabel>("limit")->styleSheet().contains(QStringLiteral("#b00000")));
   window_->simulation()->set_speed_limit(0.0);
   window_->simulation()->run();
-  auto* back = find<QPushButton>("message_action");
-  ASSERT_TRUE(wait_for([&] { return back->isVisible(); }));
+  ASSERT_TRUE(wait_for([this] { return way_back() != nullptr; }));
   keep_picture("blow_up");
   EXPECT_EQ(state().status, RunStatus::kUnstable);
   EXPECT_FALSE(window_->messages()->text().isEmpty());
-  QTest::mouseClick(back, Qt::LeftButton);
+  QTest::mouseClick(way_back(), Qt::LeftButton);
   settle();
   EXPECT_EQ(state().status, RunStatus::kRunning);
   EXPECT_FALSE(state().running);
-  EXPECT_FALSE(back->isVisible());
+  EXPECT_EQ(way_back(), nullptr);
 }
 
 // The message suggests a smaller step: what sets one goes back by itself, and nothing that is said
 // meanwhile takes the button for the way back away.
 TEST_F(Controls, AfterAFailureEverythingLeadsBack) {
   show(falling_beam());
-  auto* back = find<QPushButton>("message_action");
   QAction* menu = menu_action(QStringLiteral("&Back to the last good state"));
   EXPECT_FALSE(menu->isEnabled());
   const double limit = state().stable_step;
@@ -165,7 +163,7 @@ TEST_F(Controls, AfterAFailureEverythingLeadsBack) {
                                 "large");
     window_->simulation()->set_speed_limit(0.0);
     window_->simulation()->run();
-    ASSERT_TRUE(wait_for([&] { return back->isVisible(); }));
+    ASSERT_TRUE(wait_for([&] { return way_back() != nullptr; }));
     ASSERT_EQ(state().status, RunStatus::kUnstable);
     settle();
   };
@@ -173,16 +171,16 @@ TEST_F(Controls, AfterAFailureEverythingLeadsBack) {
   // Running on and kicking a vertex are refused, and the reason and the button stay.
   EXPECT_FALSE(window_->messages()->text().isEmpty());
   press_and_settle(Qt::Key_Space);
-  EXPECT_TRUE(back->isVisible());
+  EXPECT_NE(way_back(), nullptr);
   // The warning about the step gives way to the reason of the failure.
   const QString failure = QStringLiteral("the energy blew up");
   expect_told(failure);
   expect_told(QStringLiteral("go back to the last good"));
   make_edit(SetMomentum{}, "kick");
-  EXPECT_TRUE(back->isVisible());
+  EXPECT_NE(way_back(), nullptr);
   expect_told(failure);
   // The message is closed: the menu and the key are left.
-  window_->messages()->hide();
+  window_->messages()->clear();
   EXPECT_TRUE(menu->isEnabled());
   press_and_settle(Qt::Key_B);
   EXPECT_EQ(state().status, RunStatus::kRunning);

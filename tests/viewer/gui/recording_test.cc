@@ -137,7 +137,7 @@ TEST_F(Recordings, WhatWasRecordedBeforeIsNotOverwritten) {
   window_->stop_recording();
   QThreadPool::globalInstance()->waitForDone();
   ASSERT_TRUE(QFile::exists(path("picture_000001.png")));
-  window_->messages()->hide();
+  window_->messages()->clear();
   window_->record_pictures(folder_.path());
   EXPECT_NE(message().find("Choose an empty folder"), std::string::npos) << message();
   EXPECT_FALSE(menu_action(QStringLiteral("Record &pictures"))->isChecked());
@@ -149,7 +149,7 @@ TEST_F(Recordings, AFolderThatCannotBeWrittenIsTold) {
   const auto told = [&] {
     const bool so = message().find(nowhere.toStdString()) != std::string::npos;
     EXPECT_TRUE(so) << message();
-    window_->messages()->hide();
+    window_->messages()->clear();
     return so;
   };
   window_->record_run(nowhere, 1);
@@ -183,7 +183,7 @@ TEST_F(Recordings, APlaceThatIsLostMeanwhileIsTold) {
   EXPECT_TRUE(wait_for([&] { return window_->messages()->text().contains(pictures); }));
   EXPECT_FALSE(menu_action(QStringLiteral("Record &pictures"))->isChecked());
 
-  window_->messages()->hide();
+  window_->messages()->clear();
   window_->record_run(run, 1);
   ASSERT_TRUE(wait_for([&] { return files(run, "frames.pvd").size() == 1; }));
   ASSERT_TRUE(wait_for([&] { return QDir(run).removeRecursively(); }));

@@ -197,6 +197,24 @@ class WindowTest : public testing::Test {
     return text == QString::fromStdString(blas_warning()) ? QString() : text;
   }
 
+  /// The button of a message by its text, if the message is there.
+  QPushButton* action_button(const QString& text) const {
+    for (QPushButton* button : window_->messages()->findChildren<QPushButton*>()) {
+      if (button->text().startsWith(text) && button->isVisible()) return button;
+    }
+    return nullptr;
+  }
+  QPushButton* way_back() const {
+    return action_button(QStringLiteral("Back to the last good state"));
+  }
+  /// Presses such a button and waits for what it does.
+  void answer(const QString& text) {
+    QPushButton* button = action_button(text);
+    ASSERT_NE(button, nullptr) << text.toStdString();
+    QTest::mouseClick(button, Qt::LeftButton);
+    settle();
+  }
+
   const Snapshot& state() {
     snapshot_ = window_->simulation()->snapshot();
     return *snapshot_;

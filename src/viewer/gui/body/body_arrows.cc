@@ -60,7 +60,8 @@ void BodyArrows::set_visible(bool visible) {
 
 void BodyArrows::update(const Vector& position, const Vector& field,
                         const std::vector<Index>& surface, double longest,
-                        const std::function<bool(const Vector3&)>& is_drawn) {
+                        const std::function<bool(const Vector3&)>& is_drawn,
+                        const Vector& normals) {
   std::vector<Index> places;
   largest_ = 0.0;
   for (Index v = 0; v < field.size() / 3; ++v) {
@@ -85,7 +86,12 @@ void BodyArrows::update(const Vector& position, const Vector& field,
   vectors_->SetNumberOfTuples(count);
   for (vtkIdType i = 0; i < count; ++i) {
     const Index v = places[static_cast<std::size_t>(i) * stride];
-    points_->SetPoint(i, position.data() + 3 * v);
+    Vector3 place = vertex_block(position, v);
+    const Vector3 arrow = vertex_block(field, v);
+    if (normals.size() > 0 && arrow.dot(vertex_block(normals, v)) < 0.0) {
+      place -= longest / largest_ * arrow;
+    }
+    points_->SetPoint(i, place.data());
     vectors_->SetTuple(i, field.data() + 3 * v);
   }
   points_->Modified();

@@ -28,9 +28,11 @@ class BodyArrows {
   bool visible() const { return visible_; }
   /// Draws `field` (3 per vertex) at `position`. The longest arrow gets the length `longest` (m). If
   /// there are more than some hundred vectors, only every k-th vertex of the surface gets an arrow.
-  /// Points for which `is_drawn` returns false get none.
+  /// Points for which `is_drawn` returns false get none. If there are `normals` (3 per vertex, zero
+  /// inside the body), an arrow that points into the body ends at its vertex, so that it is outside.
   void update(const Vector& position, const Vector& field, const std::vector<Index>& surface,
-              double longest, const std::function<bool(const Vector3&)>& is_drawn);
+              double longest, const std::function<bool(const Vector3&)>& is_drawn,
+              const Vector& normals = {});
   /// A text such as "force: longest arrow 3.2 N". Empty if no arrow is drawn.
   std::string legend() const;
   const double* color() const { return color_; }

@@ -62,19 +62,20 @@ void set_values(vtkFloatArray* array, const std::vector<float>& values) {
 
 }  // namespace
 
-BodyScene::BodyScene(vtkRenderer* renderer)
+BodyScene::BodyScene(vtkRenderer* renderer, vtkRenderer* gutter)
     : renderer_(renderer),
+      gutter_(gutter),
       forces_(renderer, "External force", "N", kForceColor),
       momenta_(renderer, "Momentum", "kg m/s", kMomentumColor),
       reactions_(renderer, "Reaction", "N", kReactionColor),
-      color_bar_(renderer) {
+      color_bar_(gutter) {
   vtkMapper::SetResolveCoincidentTopologyToPolygonOffset();
   for (vtkFloatArray* array : {point_values_.Get(), triangle_values_.Get(), cell_values_.Get()}) {
     array->SetName("color");
   }
   points_->SetDataTypeToFloat();
   for (vtkPolyData* data :
-       {surface_.Get(), edges_.Get(), cloud_.Get(), fixed_.Get(), selected_.Get()}) {
+       {surface_.Get(), edges_.Get(), cloud_.Get(), fixed_.Get(), selected_.Get(), area_.Get()}) {
     data->SetPoints(points_);
   }
   grid_->SetPoints(points_);
@@ -107,6 +108,7 @@ BodyScene::BodyScene(vtkRenderer* renderer)
   draw_as_points(cloud_mapper_, cloud_, cloud_actor_, kBodyColor);
   draw_as_points(fixed_mapper_, fixed_, fixed_actor_, kFixedColor);
   draw_as_points(selected_mapper_, selected_, selected_actor_, kSelectedColor);
+  draw_as_points(area_mapper_, area_, area_actor_, kSelectedColor);
   selected_actor_->GetProperty()->RenderPointsAsSpheresOn();
   rest_mapper_->SetInputData(rest_);
   rest_mapper_->ScalarVisibilityOff();
@@ -130,9 +132,17 @@ BodyScene::BodyScene(vtkRenderer* renderer)
   pulled_actor_->GetProperty()->LightingOff();
   pulled_actor_->VisibilityOff();
 
-  for (vtkActor* actor : {surface_actor_.Get(), section_actor_.Get(), edge_actor_.Get(),
-                          cloud_actor_.Get(), fixed_actor_.Get(), selected_actor_.Get(),
-                          rest_actor_.Get(), center_actor_.Get(), pulled_actor_.Get()}) {
+  vtkNew<vtkPolyDataMapper> drag_mapper;
+  drag_mapper->SetInputConnection(drag_line_->GetOutputPort());
+  drag_actor_->SetMapper(drag_mapper);
+  drag_actor_->GetProperty()->SetColor(kSelectedColor[0], kSelectedColor[1], kSelectedColor[2]);
+  drag_actor_->GetProperty()->LightingOff();
+  drag_actor_->VisibilityOff();
+
+  for (vtkActor* actor :
+       {surface_actor_.Get(), section_actor_.Get(), edge_actor_.Get(), cloud_actor_.Get(),
+        fixed_actor_.Get(), selected_actor_.Get(), area_actor_.Get(), drag_actor_.Get(),
+        rest_actor_.Get(), center_actor_.Get(), pulled_actor_.Get()}) {
     renderer->AddActor(actor);
   }
   renderer->AddActor(axes_);
@@ -166,6 +176,7 @@ void BodyScene::set_body(std::shared_ptr<const BodyShape> shape) {
   selection_.clear();
   selected_->SetVerts(point_cells({}));
   fixed_->SetVerts(point_cells({}));
+  area_->SetVerts(point_cells({}));
 
   const double diagonal = size();
   axes_->SetTotalLength(0.25 * diagonal, 0.25 * diagonal, 0.25 * diagonal);
@@ -190,8 +201,9 @@ void BodyScene::set_state(std::shared_ptr<const Snapshot> next) {
     if (snapshot.fixed[v] != 0) fixed.push_back(static_cast<Index>(v));
   }
   if (!last_ || last_->fixed != snapshot.fixed) fixed_->SetVerts(point_cells(fixed));
+  if (!last_ || last_->pulled != snapshot.pulled) area_->SetVerts(point_cells(snapshot.pulled));
   for (vtkPolyData* data :
-       {surface_.Get(), edges_.Get(), cloud_.Get(), fixed_.Get(), selected_.Get()}) {
+       {surface_.Get(), edges_.Get(), cloud_.Get(), fixed_.Get(), selected_.Get(), area_.Get()}) {
     data->Modified();
   }
   grid_->Modified();
@@ -252,12 +264,15 @@ void BodyScene::set_drawing(const DrawingSettings& drawing) {
                                        {{1.0, 1.0, 1.0}, {1.0, 1.0, 1.0}, 0.10, 0.25, 0.7},
                                        {{0.10, 0.12, 0.16}, {0.25, 0.28, 0.33}, 0.92, 0.12, 0.5}};
   const Shades& shades = kShades[static_cast<int>(drawing.background)];
-  renderer_->SetGradientBackground(gradient_);
   double middle[3];
   for (int i = 0; i < 3; ++i) middle[i] = 0.5 * (shades.top[i] + shades.bottom[i]);
-  renderer_->SetBackground(gradient_ ? shades.bottom : middle);
-  renderer_->SetBackground2(shades.top);
+  for (vtkRenderer* each : {renderer_, gutter_}) {
+    each->SetGradientBackground(gradient_);
+    each->SetBackground(gradient_ ? shades.bottom : middle);
+    each->SetBackground2(shades.top);
+  }
   const double edge = drawing.surface ? shades.edge : (shades.text < 0.5 ? 0.25 : 0.8);
+  edge_gray_ = edge;
   edge_actor_->GetProperty()->SetColor(edge, edge, edge);
   // All objects are opaque. Without a graphics card a translucent object would take longer to draw than
   // the whole body.
@@ -312,6 +327,8 @@ void BodyScene::set_pixel_ratio(double ratio) {
   cloud_actor_->GetProperty()->SetPointSize(4.0F * size);
   fixed_actor_->GetProperty()->SetPointSize(6.0F * size);
   selected_actor_->GetProperty()->SetPointSize(9.0F * size);
+  area_actor_->GetProperty()->SetPointSize(5.0F * size);
+  drag_actor_->GetProperty()->SetLineWidth(2.0F * size);
   for (vtkActor* actor :
        {surface_actor_.Get(), section_actor_.Get(), edge_actor_.Get(), rest_actor_.Get()}) {
     actor->GetProperty()->SetLineWidth(size);
@@ -344,6 +361,12 @@ void BodyScene::set_pulled_arrow(const Vector3& from, const Vector3& to) {
   pulled_actor_->RotateY(-std::asin(std::clamp(arrow.z() / length, -1.0, 1.0)) * kDegree);
 }
 
+void BodyScene::set_drag_line(const Vector3& from, const Vector3& to) {
+  drag_actor_->SetVisibility(from != to);
+  drag_line_->SetPoint1(from.x(), from.y(), from.z());
+  drag_line_->SetPoint2(to.x(), to.y(), to.z());
+}
+
 void BodyScene::set_attraction(bool present) {
   attraction_ = present;
   center_actor_->SetVisibility(present && drawing_.center);
@@ -362,26 +385,40 @@ void BodyScene::update_clip() {
   clip_plane_->SetNormal(normal.data());
   clip_plane_->SetOrigin(origin.data());
   section_actor_->SetVisibility(drawing_.clip && drawing_.surface);
-  for (vtkPolyDataMapper* mapper : {surface_mapper_.Get(), edge_mapper_.Get(), cloud_mapper_.Get(),
-                                    fixed_mapper_.Get(), selected_mapper_.Get()}) {
+  for (vtkPolyDataMapper* mapper :
+       {surface_mapper_.Get(), edge_mapper_.Get(), cloud_mapper_.Get(), fixed_mapper_.Get(),
+        selected_mapper_.Get(), area_mapper_.Get()}) {
     mapper->RemoveAllClippingPlanes();
     if (drawing_.clip) mapper->AddClippingPlane(clip_plane_);
   }
+}
+
+// The sum of the area vectors of the triangles at each vertex.
+Vector BodyScene::outward_normals() const {
+  const Vector& x = last_->position;
+  Vector normals = Vector::Zero(x.size());
+  for (const auto& [a, b, c] : shape_->triangles) {
+    const Vector3 origin = vertex_block(x, a);
+    const Vector3 normal = (vertex_block(x, b) - origin).cross(vertex_block(x, c) - origin);
+    for (const Index v : {a, b, c}) vertex_block(normals, v) += normal;
+  }
+  return normals;
 }
 
 void BodyScene::update_arrows() {
   if (!last_) return;
   const double longest = 0.2 * size() * drawing_.arrow_scale;
   std::string legend;
-  const auto draw = [&](BodyArrows& arrows, const Vector& field) {
+  const auto draw = [&](BodyArrows& arrows, const Vector& field, const Vector& normals = {}) {
     if (!arrows.visible()) return;
-    arrows.update(last_->position, field, shape_->surface_vertices, longest,
-                  [this](const Vector3& x) { return is_drawn(x); });
+    arrows.update(
+        last_->position, field, shape_->surface_vertices, longest,
+        [this](const Vector3& x) { return is_drawn(x); }, normals);
     if (const std::string text = arrows.legend(); !text.empty()) {
       legend += (legend.empty() ? "" : "\n") + text;
     }
   };
-  draw(forces_, last_->external_force);
+  draw(forces_, last_->external_force, forces_.visible() ? outward_normals() : Vector());
   draw(momenta_, last_->momentum);
   draw(reactions_, last_->reaction_force);
   // The legend is changed rarely, because numbers that change in every picture cannot be read and text
@@ -391,33 +428,6 @@ void BodyScene::update_arrows() {
   if (last_->running && now - legend_changed_ < kLegendPause) return;
   legend_changed_ = now;
   arrow_legend_->SetInput(legend.c_str());
-}
-
-void BodyScene::reset_camera(int axis) {
-  vtkCamera* camera = renderer_->GetActiveCamera();
-  // The body may be far from its rest position.
-  Vector3 body_low = shape_->low;
-  Vector3 body_high = shape_->high;
-  if (last_ && last_->position.size() > 0 && last_->position.allFinite()) {
-    const auto places = last_->position.reshaped(3, last_->position.size() / 3);
-    body_low = places.rowwise().minCoeff();
-    body_high = places.rowwise().maxCoeff();
-  }
-  const Vector3 middle = 0.5 * (body_low + body_high);
-  Vector3 from(0.45, 0.4, 1.0);
-  Vector3 up(0.0, 1.0, 0.0);
-  if (axis >= 0) from = Vector3::Unit(axis);
-  if (axis == 1) up = Vector3(0.0, 0.0, -1.0);
-  camera->SetFocalPoint(middle.x(), middle.y(), middle.z());
-  const Vector3 eye = middle + from;
-  camera->SetPosition(eye.x(), eye.y(), eye.z());
-  camera->SetViewUp(up.x(), up.y(), up.z());
-  // A margin for motion and for the colour bar.
-  const Vector3 room = 0.12 * (body_high - body_low).norm() * Vector3::Ones();
-  const Vector3 low = body_low - room;
-  const Vector3 high = body_high + room;
-  const double box[6] = {low.x(), high.x(), low.y(), high.y(), low.z(), high.z()};
-  renderer_->ResetCamera(box);
 }
 
 }  // namespace tetraction::viewer

@@ -133,6 +133,17 @@ std::shared_ptr<const BodyShape> make_body_shape(const TetMesh& mesh) {
     shape->faces->InsertNextCell(3, ids);
   }
   shape->edges = edge_cells(mesh, shape->triangles);
+  double perimeters = 0.0;
+  for (const auto& triangle : shape->triangles) {
+    for (std::size_t i = 0; i < 3; ++i) {
+      perimeters += (mesh.vertices[static_cast<std::size_t>(triangle[i])] -
+                     mesh.vertices[static_cast<std::size_t>(triangle[(i + 1) % 3])])
+                        .norm();
+    }
+  }
+  if (!shape->triangles.empty()) {
+    shape->edge_length = perimeters / (3.0 * static_cast<double>(shape->triangles.size()));
+  }
 
   for (const auto& triangle : shape->triangles) {
     shape->surface_vertices.insert(shape->surface_vertices.end(), triangle.begin(), triangle.end());

@@ -23,6 +23,7 @@ struct BodyShape {
       triangles;                        ///< vertices of the surface triangles, as in `faces`
   std::vector<Index> triangle_cell;     ///< the tetrahedron of each triangle
   std::vector<Index> surface_vertices;  ///< ascending
+  double edge_length = 0.0;             ///< mean of the surface's edges at rest, m
   Vector3 low = Vector3::Zero(), high = Vector3::Ones();  ///< corners of the bounding box
 };
 

@@ -17,9 +17,12 @@
 #include <QOpenGLContext>
 #include <QOpenGLFunctions>
 #include <QRubberBand>
+#include <QToolButton>
 #include <QVBoxLayout>
+#include <QWheelEvent>
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <limits>
 #include <optional>
 #include <utility>
@@ -76,10 +79,19 @@ BodyView::BodyView(QWidget* parent) : QWidget(parent), widget_(new VtkWidget(win
   widget_->setFocusPolicy(Qt::StrongFocus);
   widget_->setAccessibleName(tr("The body in space"));
   band_ = new QRubberBand(QRubberBand::Rectangle, widget_);
+  edge_mark_ = new QToolButton(widget_);
+  edge_mark_->setObjectName(QStringLiteral("edge_mark"));
+  edge_mark_->setFocusPolicy(Qt::NoFocus);
+  edge_mark_->setToolTip(tr("The body is outside the picture: a click shows all of it (Home)"));
+  edge_mark_->hide();
+  connect(edge_mark_, &QToolButton::clicked, this, &BodyView::fit);
 
   window_->SetMultiSamples(0);
   window_->AddRenderer(renderer_);
-  scene_ = std::make_unique<BodyScene>(renderer_);
+  window_->AddRenderer(gutter_);
+  gutter_->InteractiveOff();
+  gutter_->DrawOff();
+  scene_ = std::make_unique<BodyScene>(renderer_, gutter_);
   vtkNew<vtkInteractorStyleTrackballCamera> style;
   widget_->interactor()->SetInteractorStyle(style);
   for (vtkCaptionActor2D* caption :
@@ -115,8 +127,21 @@ void BodyView::set_body(std::shared_ptr<const BodyShape> shape) {
 }
 
 void BodyView::show_state(std::shared_ptr<const Snapshot> snapshot) {
+  const bool moves =
+      follow_ && snapshot_ && snapshot_->position.size() == snapshot->position.size();
+  if (moves) scene_->move_camera(snapshot_->position, snapshot->position);
+  if (snapshot_ && snapshot_->body != snapshot->body) scene_->color_bar().forget_range();
   snapshot_ = std::move(snapshot);
   scene_->set_state(snapshot_);
+  draw_drag();
+}
+
+// The line from the dragged vertex to the mouse.
+void BodyView::draw_drag() {
+  const bool drags = gesture_ == Gesture::kDrag && !drag_is_exact_ && snapshot_;
+  const Vector3 from =
+      drags ? Vector3(vertex_block(snapshot_->position, pressed_vertex_)) : anchor_;
+  scene_->set_drag_line(from, drags ? drag_goal_ : from);
 }
 
 void BodyView::set_drawing(const DrawingSettings& drawing) {
@@ -159,8 +184,16 @@ void BodyView::render() {
     detect_graphics_card();
   }
   scene_->set_pixel_ratio(widget_->effectiveDevicePixelRatio());
+  scene_->fade_edges(widget_->height());
+  // The colour bar has a place of its own, so that it never lies over the body.
+  constexpr double kGutter = 120.0;  // pixels
+  const double share = drawing_.field != nullptr ? std::min(0.4, kGutter / widget_->width()) : 0.0;
+  renderer_->SetViewport(0.0, 0.0, 1.0 - share, 1.0);
+  gutter_->SetViewport(1.0 - share, 0.0, 1.0, 1.0);
+  gutter_->SetDraw(share > 0.0);
   renderer_->ResetCameraClippingRange();
   window_->Render();
+  show_edge_mark();
 }
 
 void BodyView::detect_graphics_card() {
@@ -260,7 +293,11 @@ bool BodyView::press(const QPointF& place, Qt::KeyboardModifiers modifiers) {
     return false;  // the drag does not begin on the body: it turns the camera
   anchor_ = vertex_block(snapshot_->position, pressed_vertex_);
   gesture_ = tool_ == Tool::kMove ? Gesture::kDrag : Gesture::kArrow;
-  if (gesture_ == Gesture::kDrag) emit grabbed(pressed_vertex_);
+  if (gesture_ == Gesture::kDrag) {
+    drag_is_exact_ = (modifiers & Qt::AltModifier) != 0;
+    drag_goal_ = anchor_;
+    emit grabbed(pressed_vertex_, drag_is_exact_);
+  }
   return true;
 }
 
@@ -271,7 +308,10 @@ bool BodyView::move(const QPointF& place) {
       band_->show();
       return true;
     case Gesture::kDrag:
-      emit dragged(anchor_ + in_view_plane(place, anchor_) - in_view_plane(pressed_, anchor_));
+      drag_goal_ = anchor_ + in_view_plane(place, anchor_) - in_view_plane(pressed_, anchor_);
+      emit dragged(drag_goal_);
+      draw_drag();
+      render();
       return true;
     case Gesture::kArrow:
       // The body may move while the user pulls the arrow. The arrow starts at the present position.
@@ -297,7 +337,11 @@ bool BodyView::release(const QPointF& place, Qt::KeyboardModifiers modifiers) {
   const bool clicked = std::hypot(d.x(), d.y()) < kClickDistance;
   const Gesture gesture = std::exchange(gesture_, Gesture::kNone);
   band_->hide();
-  if (gesture == Gesture::kDrag) emit released();
+  if (gesture == Gesture::kDrag) {
+    emit released();
+    draw_drag();
+    render();
+  }
   if (gesture == Gesture::kArrow) {
     scene_->set_pulled_arrow(anchor_, anchor_);
     render();
@@ -346,6 +390,10 @@ bool BodyView::eventFilter(QObject* watched, QEvent* event) {
       return release(mouse->localPos(), mouse->modifiers());
     }
     case QEvent::MouseButtonDblClick:
+      return true;
+    case QEvent::Wheel:
+      if (gesture_ != Gesture::kDrag) return false;
+      emit area_scaled(static_cast<QWheelEvent*>(event)->angleDelta().y() > 0 ? 1.25 : 0.8);
       return true;
     default:
       return false;

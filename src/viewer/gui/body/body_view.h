@@ -13,6 +13,7 @@
 #include "drawing_settings.h"
 
 class QRubberBand;
+class QToolButton;
 class vtkAxesActor;
 class vtkGenericOpenGLRenderWindow;
 class vtkOrientationMarkerWidget;
@@ -42,7 +43,18 @@ class BodyView : public QWidget {
   void set_attraction(bool present);
   void set_tool(Tool tool);
   Tool tool() const { return tool_; }
+  /// Shows the whole body along x, y or z for `axis` = 0, 1 or 2, and oblique for −1.
   void reset_camera(int axis);
+  /// Shows the whole body from the present direction.
+  void fit();
+  /// The same if no part of the body is in the picture.
+  void fit_if_outside();
+  /// Whether the camera moves with the middle of the body.
+  void set_follow(bool on);
+  /// Shows a tetrahedron from near, from the present direction, and selects its vertices.
+  void show_element(const TetMesh& mesh, Index element);
+  /// The arrow at the edge of the picture that points to a body outside it.
+  QToolButton* edge_mark() const { return edge_mark_; }
   /// Fits the automatic colour range to the state that is shown.
   void refit_colors();
   double color_low() { return scene_->color_bar().low(); }
@@ -66,7 +78,10 @@ class BodyView : public QWidget {
   /// The user turns the light by these angles, degrees to the right and up.
   void light_turned(double azimuth, double elevation);
   /// The user begins to drag a vertex, drags it to a position (m), and releases it.
-  void grabbed(tetraction::Index vertex);
+  /// `exact`: the vertices shall be where the mouse is, whatever the body does.
+  void grabbed(tetraction::Index vertex, bool exact);
+  /// The user turns the wheel during a drag: the area of influence grows by this factor.
+  void area_scaled(double factor);
   void dragged(tetraction::Vector3 position);
   void released();
   /// The user pulls an arrow (m) with the tool for force or momentum, and releases it.
@@ -89,12 +104,16 @@ class BodyView : public QWidget {
   bool move(const QPointF& place);
   bool release(const QPointF& place, Qt::KeyboardModifiers modifiers);
   std::vector<Index> vertices_in(const QRect& band) const;
+  void draw_drag();
+  bool is_outside() const;
+  void show_edge_mark();
 
   enum class Gesture { kNone, kCamera, kBand, kDrag, kArrow, kLight };
 
   vtkNew<vtkGenericOpenGLRenderWindow> window_;
   VtkWidget* widget_;  // shows window_
   vtkNew<vtkRenderer> renderer_;
+  vtkNew<vtkRenderer> gutter_;  // of the colour bar, right of the body
   vtkNew<vtkAxesActor> marker_axes_;
   vtkNew<vtkOrientationMarkerWidget> marker_;
   std::unique_ptr<BodyScene> scene_;
@@ -107,7 +126,11 @@ class BodyView : public QWidget {
   QPointF pressed_;
   Index pressed_vertex_ = -1;
   Vector3 anchor_ = Vector3::Zero();  // position of pressed_vertex_
+  Vector3 drag_goal_ = Vector3::Zero();
+  bool drag_is_exact_ = false;
+  bool follow_ = false;
   QRubberBand* band_;
+  QToolButton* edge_mark_;
 };
 
 }  // namespace tetraction::viewer

@@ -62,8 +62,8 @@ ColorBar::ColorBar(vtkRenderer* renderer) {
   bar_->SetTitleRatio(0.4);
   bar_->SetVerticalTitleSeparation(8);
   bar_->GetPositionCoordinate()->SetCoordinateSystemToNormalizedViewport();
-  bar_->SetPosition(0.82, 0.28);
-  bar_->SetWidth(0.17);
+  bar_->SetPosition(0.04, 0.2);
+  bar_->SetWidth(0.92);
   bar_->SetHeight(0.62);
   for (vtkTextProperty* text : {bar_->GetTitleTextProperty(), bar_->GetLabelTextProperty()}) {
     text->SetFontFamilyToArial();

@@ -149,4 +149,21 @@ ThinnedSeries thin(const std::vector<HistoryRow>& rows, std::span<const ChartSer
   return result;
 }
 
+std::vector<double> axis_ticks(double low, double high, int wanted) {
+  const double rough = (high - low) / std::max(wanted, 1);
+  const double power = std::pow(10.0, std::floor(std::log10(rough)));
+  std::vector<double> ticks;
+  // A finer step is taken where the wanted one gives fewer than two ticks.
+  for (const double digits : {5.0, 2.0, 1.0, 0.5, 0.2}) {
+    const double step = digits * power;
+    if (digits > 1.0 && step > 2.0 * rough) continue;
+    ticks.clear();
+    for (double k = std::ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; k += 1.0) {
+      ticks.push_back(k * step);
+    }
+    if (ticks.size() >= 2) break;
+  }
+  return ticks;
+}
+
 }  // namespace tetraction::viewer

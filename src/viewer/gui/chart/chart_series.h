@@ -58,4 +58,8 @@ struct ThinnedSeries {
 ThinnedSeries thin(const std::vector<HistoryRow>& rows, std::span<const ChartSeries> series,
                    std::size_t buckets);
 
+/// Round numbers in a range for the ticks of an axis: at least two and about `wanted`. The range must
+/// not be empty.
+std::vector<double> axis_ticks(double low, double high, int wanted);
+
 }  // namespace tetraction::viewer

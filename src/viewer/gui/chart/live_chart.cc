@@ -30,32 +30,19 @@
 #include <cmath>
 #include <limits>
 
+#include "chart_axes.h"
 #include "viewer/gui/widgets/vtk_widget.h"
 
 namespace tetraction::viewer {
 namespace {
 
 constexpr std::size_t kBuckets = 1000;  // a chart is not wider, in pixels
-constexpr double kLargest = 1e30;       // VTK plots in single precision
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 vtkDoubleArray* add_column(vtkTable* table, const char* name) {
   vtkNew<vtkDoubleArray> array;
   array->SetName(name);
   table->AddColumn(array);
   return array;
-}
-
-vtkDoubleArray* column(vtkTable* table, int i) {
-  return vtkDoubleArray::SafeDownCast(table->GetColumn(i));
-}
-
-// Whether an axis from `low` to `high` can have ticks. If neighbouring ticks would be the same
-// number, VTK would search for them forever.
-bool is_drawable(double low, double high) {
-  const double range = high - low;
-  return range > std::max(1e-30, 1e-6 * std::max(std::abs(low), std::abs(high))) &&
-         range < kLargest;
 }
 
 }  // namespace
@@ -109,7 +96,7 @@ LiveChart::LiveChart(QWidget* parent)
   draw->SetCallback([](vtkObject*, unsigned long, void* self, void*) {
     auto* chart = static_cast<LiveChart*>(self);
     if (chart->widget_->painting() || chart->view_->GetScene()->GetDirty()) {
-      chart->window_->Render();
+      chart->draw();
     }
   });
   widget_->interactor()->AddObserver(vtkCommand::RenderEvent, draw);
@@ -315,80 +302,17 @@ void LiveChart::fill() {
   }
 }
 
-// Sets the axes to the range of the visible series, unless the user has zoomed. Also sets the lines of
-// the marks.
-void LiveChart::scale() {
-  vtkAxis* x = chart_->GetAxis(vtkAxis::BOTTOM);
-  vtkAxis* y = chart_->GetAxis(vtkAxis::LEFT);
-  if (following_) {
-    double low = std::numeric_limits<double>::infinity();
-    double high = -low;
-    const auto& shown = shown_[static_cast<std::size_t>(kind_)];
-    for (std::size_t s = 0; s < shown.size(); ++s) {
-      if (!shown[s]) continue;
-      const vtkDoubleArray* array = column(table_, static_cast<int>(s) + 1);
-      for (vtkIdType i = 0; i < array->GetNumberOfTuples(); ++i) {
-        const double value = array->GetValue(i);
-        if (!(std::abs(value) < kLargest)) continue;
-        low = std::min(low, value);
-        high = std::max(high, value);
-      }
-    }
-    if (!(low <= high)) low = high = 0.0;
-    double room = 0.06 * (high - low);
-    // The range is not smaller than round-off.
-    const double size = std::max(std::abs(low), std::abs(high));
-    if (room < 1e-12 || !is_drawable(low, high)) room = size < 1e-12 ? 1.0 : 0.1 * size;
-    y->SetRange(low - room, high + room);
-    const double begin = rows_.empty() ? 0.0 : rows_.front().time;
-    const double end = rows_.empty() ? 1.0 : rows_.back().time;
-    x->SetRange(begin, is_drawable(begin, end) ? end : begin + std::max(1.0, 0.1 * begin));
-  }
-  bottom_ = y->GetMinimum();
-  top_ = y->GetMaximum();
-
-  // The marks are one line with gaps: NaN separates the vertical parts.
-  vtkNew<vtkStringArray> texts;
-  vtkDoubleArray* time = column(mark_table_, 0);
-  vtkDoubleArray* line = column(mark_table_, 1);
-  time->SetNumberOfTuples(0);
-  line->SetNumberOfTuples(0);
-  for (std::size_t i = 0; i < marks_.size(); ++i) {
-    const EditMark& mark = marks_[i];
-    // Only the first of consecutive edits with the same text, such as those of a drag, is marked.
-    if (i > 0 && marks_[i - 1].what == mark.what) continue;
-    for (const double place : {bottom_, top_, kNaN}) {
-      time->InsertNextValue(mark.time);
-      line->InsertNextValue(place);
-      texts->InsertNextValue(mark.what);
-    }
-  }
-  marks_plot_->SetIndexedLabels(texts);
-  marks_plot_->SetVisible(!marks_.empty());
-  vtkDoubleArray* cursor_time = column(cursor_table_, 0);
-  vtkDoubleArray* cursor_line = column(cursor_table_, 1);
-  cursor_time->SetNumberOfTuples(2);
-  cursor_line->SetNumberOfTuples(2);
-  for (vtkIdType i = 0; i < 2; ++i) {
-    cursor_time->SetValue(i, std::isfinite(cursor_) ? cursor_ : 0.0);
-    cursor_line->SetValue(i, i == 0 ? bottom_ : top_);
-  }
-  cursor_plot_->SetVisible(std::isfinite(cursor_));
-  for (vtkTable* table : {mark_table_.Get(), cursor_table_.Get()}) {
-    column(table, 0)->Modified();
-    column(table, 1)->Modified();
-    table->Modified();
-  }
-  marks_plot_->Modified();
-  cursor_plot_->Modified();
-}
-
 void LiveChart::refresh() {
   if (!stale_ || !widget_->isValid() || !isVisible()) return;
   stale_ = false;
   fill();
   scale();
   view_->GetScene()->SetDirty(true);
+  draw();
+}
+
+void LiveChart::draw() {
+  set_ticks();
   window_->Render();
 }
 
@@ -417,8 +341,24 @@ bool LiveChart::eventFilter(QObject* watched, QEvent* event) {
       return true;
     }
     // After the user has zoomed, the axes no longer follow the data. A click does not zoom.
-    if (event->type() == QEvent::MouseButtonPress) pressed_ = true;
-    if (event->type() == QEvent::MouseButtonRelease) pressed_ = false;
+    if (event->type() == QEvent::MouseButtonPress) {
+      pressed_ = true;
+      pressed_at_ = static_cast<QMouseEvent*>(event)->localPos();
+    }
+    if (event->type() == QEvent::MouseButtonRelease) {
+      pressed_ = false;
+      const QPointF place = static_cast<QMouseEvent*>(event)->localPos();
+      if ((place - pressed_at_).manhattanLength() < 3.0) {
+        vtkAxis* x = chart_->GetAxis(vtkAxis::BOTTOM);
+        const double ratio = widget_->devicePixelRatioF();
+        const double first = x->GetPoint1()[0];
+        const double last = x->GetPoint2()[0];
+        const double t = (place.x() * ratio - first) / (last - first);
+        if (t >= 0.0 && t <= 1.0) {
+          emit time_clicked(x->GetMinimum() + t * (x->GetMaximum() - x->GetMinimum()));
+        }
+      }
+    }
     const bool dragged = event->type() == QEvent::MouseMove && pressed_;
     if (dragged || event->type() == QEvent::Wheel) following_ = false;
     if (event->type() == QEvent::Resize || event->type() == QEvent::Show) {

@@ -5,6 +5,7 @@
 #include <vtkSmartPointer.h>
 
 #include <QImage>
+#include <QPointF>
 #include <QWidget>
 #include <array>
 #include <vector>
@@ -57,6 +58,8 @@ class LiveChart : public QWidget {
   std::array<double, 4> axis_ranges() const;
   /// The title of the horizontal axis.
   std::string horizontal_title() const;
+  /// The numbers at the ticks of the axes, horizontal and vertical.
+  std::array<std::vector<double>, 2> ticks() const;
   /// Shows a kind of chart: one of chart_kinds(), or one more for the probe that is chosen.
   void show_kind(int kind);
   /// Shows the chart of the probe with this number.
@@ -71,6 +74,8 @@ class LiveChart : public QWidget {
 
  signals:
   void message_ready(const QString& message);
+  /// The user has clicked on the chart at this time, s, or load factor.
+  void time_clicked(double time);
 
  protected:
   bool eventFilter(QObject* watched, QEvent* event) override;
@@ -83,13 +88,16 @@ class LiveChart : public QWidget {
   void rebuild();
   void fill();
   void scale();
+  void set_ticks();
+  void draw();
 
   std::vector<HistoryRow> rows_;
   std::vector<EditMark> marks_;
   double cursor_;
   bool stale_ = true;      // whether the chart must be drawn again
   bool following_ = true;  // whether the axes show the whole run
-  bool pressed_ = false;   // whether a mouse button is pressed on the chart
+  QPointF pressed_at_;
+  bool pressed_ = false;  // whether a mouse button is pressed on the chart
   RunKind run_ = RunKind::kMotion;
   std::vector<ChartKind> kinds_;  // chart_kinds(run_), then one for each probe
   std::vector<ChartProbe> probes_;

@@ -48,6 +48,7 @@ QString unit_of(const ForceSettings& load) {
 
 LoadEditor::LoadEditor(QWidget* parent) : QWidget(parent) {
   auto* form = new QFormLayout(this);
+  form->setRowWrapPolicy(QFormLayout::WrapLongRows);  // three fields need the whole width
   form->setContentsMargins(0, 0, 0, 0);
   which_ = new QComboBox(this);
   which_->setObjectName(QStringLiteral("load"));

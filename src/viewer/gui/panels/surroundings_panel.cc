@@ -90,7 +90,8 @@ template <class Section>
 void SurroundingsPanel::add_form(QVBoxLayout* column, Section ChangeableSections::*member) {
   if constexpr (!std::is_same_v<Section, TimeSettings> &&
                 !std::is_same_v<Section, SolverSettings> &&
-                !std::is_same_v<Section, EnvironmentSettings>) {
+                !std::is_same_v<Section, EnvironmentSettings> &&
+                !std::is_same_v<Section, PullSettings>) {  // the mouse sets it
     const SceneSection& section = section_of<Section>();
     QString title = QString::fromUtf8(section.name).replace(QLatin1Char('_'), QLatin1Char(' '));
     title.replace(0, 1, title.at(0).toUpper());

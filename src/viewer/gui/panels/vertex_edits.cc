@@ -118,11 +118,11 @@ void VertexEdits::set_momentum(const std::vector<Index>& vertices, const Entered
 
 void VertexEdits::set_force(const std::vector<Index>& vertices, const EnteredVector& value) {
   // Forces on a vertex are added. Therefore this adds the difference to the wanted force, with one edit
-  // for all vertices that have the same difference.
+  // for all vertices that have the same difference. Other loads, such as a pressure, stay.
   const auto snapshot = simulation_.snapshot();
   std::map<std::array<double, 3>, std::vector<Index>> by_difference;
   for (const Index v : vertices) {
-    const Vector3 now = vertex_block(snapshot->external_force, v);
+    const Vector3 now = vertex_block(snapshot->user_force, v);
     const Vector3 difference = value.over(now) - now;
     if (difference.isZero(0.0)) continue;
     by_difference[{difference.x(), difference.y(), difference.z()}].push_back(v);
@@ -138,12 +138,25 @@ void VertexEdits::set_force(const std::vector<Index>& vertices, const EnteredVec
   }
 }
 
-void VertexEdits::grab(std::vector<Index> vertices, Index dragged) {
+void VertexEdits::grab(std::vector<Index> vertices, Index dragged, bool exact) {
   const auto first = std::find(vertices.begin(), vertices.end(), dragged);
   if (first == vertices.end()) return;
   std::iter_swap(vertices.begin(), first);
-  simulation_.grab(std::move(vertices));
+  // The spring pulls free vertices. A vertex that is held is led to another place.
+  if (exact || !fixed_among(vertices).empty()) {
+    simulation_.grab(std::move(vertices));
+  } else {
+    simulation_.pull(std::move(vertices), radius_);
+  }
   dragging_ = true;
+}
+
+double VertexEdits::scale_area(double factor) {
+  const double now = simulation_.snapshot()->pull_radius;
+  if (!dragging_ || !(now > 0.0)) return 0.0;
+  radius_ = factor * now;
+  simulation_.set_pull_radius(radius_);
+  return radius_;
 }
 
 void VertexEdits::drag_to(const Vector3& position) {

@@ -28,7 +28,9 @@ class VertexEdits {
   void set_force(const std::vector<Index>& vertices, const EnteredVector& value);
 
   /// Begins to drag vertices. `dragged` is the one that follows the mouse. drag_to() sets its goal, m.
-  void grab(std::vector<Index> vertices, Index dragged);
+  void grab(std::vector<Index> vertices, Index dragged, bool exact);
+  /// Multiplies the radius of the area that a drag pulls, and returns it, m. 0 without such a drag.
+  double scale_area(double factor);
   void drag_to(const Vector3& position);
   /// Releases the vertices. Vertices that were fixed before stay fixed at their present positions.
   void release();
@@ -40,6 +42,7 @@ class VertexEdits {
   Vector3 offset_to(const std::vector<Index>& vertices, const EnteredVector& target) const;
 
   Simulation& simulation_;
+  double radius_ = 0.0;  // of the area that the user has chosen, m; 0: the usual one
   bool dragging_ = false;
 };
 

@@ -41,6 +41,9 @@ VertexPanel::VertexPanel(QWidget* parent) : QWidget(parent) {
   which_ = new QLabel(this);
   which_->setObjectName(QStringLiteral("which_vertices"));
   which_->setWordWrap(true);
+  which_->setAlignment(Qt::AlignTop);
+  // The longest text needs three lines. The fields below it stay where they are.
+  which_->setFixedHeight(3 * which_->fontMetrics().lineSpacing());
   held_ = new QLabel(this);
   chosen->addRow(which_);
   chosen->addRow(tr("Held"), held_);
@@ -67,7 +70,7 @@ VertexPanel::VertexPanel(QWidget* parent) : QWidget(parent) {
   momentum_ = add_vector(state, tr("Momentum of each [kg m/s]"), tr("Momentum"),
                          tr(key_info(&MomentumSettings::value).unit));
   momentum_->field(0)->setObjectName(QStringLiteral("momentum_x"));
-  force_ = add_vector(state, tr("External force on each [N]"), tr("External force"),
+  force_ = add_vector(state, tr("Your force on each, beside other loads [N]"), tr("Force"),
                       tr(key_info(&ForceSettings::vector).unit));
   force_->field(0)->setObjectName(QStringLiteral("force_x"));
   speed_ = new QLabel(this);
@@ -147,7 +150,9 @@ void VertexPanel::show_state(const Snapshot& snapshot) {
   if (selection_.empty()) return;
   position_->set_value(mean(snapshot.position, selection_));
   momentum_->set_value(mean(snapshot.momentum, selection_));
-  force_->set_value(mean(snapshot.external_force, selection_));
+  // A replay does not know which of the loads came from the user.
+  const bool known = snapshot.user_force.size() > 0;
+  force_->set_value(mean(known ? snapshot.user_force : snapshot.external_force, selection_));
   speed_->setText(triple_text(mean(snapshot.velocity, selection_), tr("m/s")));
   reaction_->setText(triple_text(
       mean(snapshot.reaction_force, selection_) * static_cast<double>(selection_.size()), tr("N")));

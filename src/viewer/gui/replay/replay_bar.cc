@@ -1,11 +1,15 @@
 #include "replay_bar.h"
 
+#include <QCheckBox>
+#include <QComboBox>
 #include <QHBoxLayout>
 #include <QLabel>
 #include <QSlider>
 #include <QStyle>
 #include <QTimer>
 #include <QToolButton>
+#include <algorithm>
+#include <cmath>
 
 namespace tetraction::viewer {
 namespace {
@@ -18,6 +22,8 @@ ReplayBar::ReplayBar(QWidget* parent)
     : QWidget(parent),
       slider_(new QSlider(Qt::Horizontal, this)),
       play_(new QToolButton(this)),
+      loop_(new QCheckBox(tr("Loop"), this)),
+      speed_(new QComboBox(this)),
       label_(new QLabel(this)),
       timer_(new QTimer(this)) {
   auto* row = new QHBoxLayout(this);
@@ -25,6 +31,18 @@ ReplayBar::ReplayBar(QWidget* parent)
   row->addWidget(play_);
   row->addWidget(slider_, 1);
   row->addWidget(label_);
+  row->addWidget(speed_);
+  row->addWidget(loop_);
+  loop_->setObjectName(QStringLiteral("replay_loop"));
+  loop_->setToolTip(tr("Plays the frames again and again"));
+  loop_->setFocusPolicy(Qt::TabFocus);
+  speed_->setObjectName(QStringLiteral("replay_speed"));
+  speed_->setToolTip(tr("Frames in a second"));
+  speed_->setFocusPolicy(Qt::TabFocus);
+  for (const int rate : {1, 2, 5, 10, 20, 50}) speed_->addItem(tr("%1 frames/s").arg(rate), rate);
+  speed_->setCurrentIndex(speed_->findData(1000 / kFrameTime_ms));
+  connect(speed_, QOverload<int>::of(&QComboBox::currentIndexChanged), this,
+          [this] { timer_->setInterval(1000 / speed_->currentData().toInt()); });
   slider_->setObjectName(QStringLiteral("replay_slider"));
   play_->setToolTip(tr("Plays the frames (Space)"));
   play_->setCheckable(true);
@@ -32,7 +50,9 @@ ReplayBar::ReplayBar(QWidget* parent)
   timer_->setInterval(kFrameTime_ms);
   connect(play_, &QToolButton::toggled, this, &ReplayBar::play);
   connect(timer_, &QTimer::timeout, this, [this] {
-    if (slider_->value() == slider_->maximum()) {
+    if (slider_->value() == slider_->maximum() && loop_->isChecked()) {
+      slider_->setValue(0);
+    } else if (slider_->value() == slider_->maximum()) {
       play(false);
     } else {
       forward();
@@ -62,6 +82,14 @@ int ReplayBar::frame() const {
 
 void ReplayBar::set_frame(int frame) {
   slider_->setValue(frame);
+}
+
+void ReplayBar::set_time(double time) {
+  if (times_.empty()) return;
+  const auto nearest = std::min_element(times_.begin(), times_.end(), [time](double a, double b) {
+    return std::abs(a - time) < std::abs(b - time);
+  });
+  set_frame(static_cast<int>(nearest - times_.begin()));
 }
 
 bool ReplayBar::playing() const {

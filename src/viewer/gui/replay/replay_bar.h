@@ -6,6 +6,8 @@
 
 #include "viewer/gui/chart/chart_series.h"
 
+class QCheckBox;
+class QComboBox;
 class QLabel;
 class QSlider;
 class QTimer;
@@ -23,6 +25,8 @@ class ReplayBar : public QWidget {
   void set_times(const std::vector<double>& times, RunKind kind);
   int frame() const;
   void set_frame(int frame);
+  /// Shows the frame nearest to a time.
+  void set_time(double time);
   void play(bool on);
   bool playing() const;
   /// Shows the next frame. Has no effect at the last one.
@@ -38,6 +42,8 @@ class ReplayBar : public QWidget {
   RunKind kind_ = RunKind::kMotion;
   QSlider* slider_;
   QToolButton* play_;
+  QCheckBox* loop_;
+  QComboBox* speed_;
   QLabel* label_;
   QTimer* timer_;
 };

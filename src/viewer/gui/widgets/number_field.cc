@@ -16,6 +16,7 @@ namespace tetraction::viewer {
 namespace {
 
 constexpr int kSliderSteps = 1000;
+constexpr double kPixelsPerDecade = 60.0;
 constexpr int kEditInterval_ms = 40;  // between two values of a moving slider
 
 QString text_of(const NumberRange& range) {
@@ -184,11 +185,11 @@ NumberSlider::NumberSlider(NumberField* field, double low, double high, Scale sc
   connect(slider_, &QSlider::sliderReleased, this, [this] {
     slider_moved();
     moving_ = false;
+    recenter();
   });
   connect(edit_timer_, &QTimer::timeout, this, &NumberSlider::slider_moved);
   connect(field_, &NumberField::entered, this, [this](double value) {
-    const QSignalBlocker quiet(slider_);
-    slider_->setValue(step_of(value));
+    recenter();
     emit entered(value, false);
   });
   connect(field_, &NumberField::refused, this, &NumberSlider::refused);
@@ -197,20 +198,32 @@ NumberSlider::NumberSlider(NumberField* field, double low, double high, Scale sc
 void NumberSlider::set_value(double value) {
   if (edit_timer_->isActive() || slider_->isSliderDown()) return;  // the user is changing the value
   field_->set_value(value);
+  recenter();
+}
+
+// Moves the slider to the place of the present number.
+void NumberSlider::recenter() {
+  if (slider_->isSliderDown()) return;
   const QSignalBlocker quiet(slider_);
-  slider_->setValue(step_of(value));
+  start_ = field_->value();
+  slider_->setValue(step_of(start_));
 }
 
 double NumberSlider::value_at(int step) const {
   const double t = static_cast<double>(step) / kSliderSteps;
-  const double value =
-      scale_ == Scale::kLogarithmic ? low_ * std::pow(high_ / low_, t) : low_ + t * (high_ - low_);
+  const double value = scale_ == Scale::kLogarithmic
+                           ? start_ * std::pow(10.0, (t - 0.5) * decades())
+                           : low_ + t * (high_ - low_);
   return QString::number(value, 'g', 3).toDouble();  // the resolution of the slider
+}
+
+double NumberSlider::decades() const {
+  return std::max(1.0, slider_->width() / kPixelsPerDecade);
 }
 
 int NumberSlider::step_of(double value) const {
   const double t = scale_ == Scale::kLogarithmic
-                       ? (value > 0.0 ? std::log(value / low_) / std::log(high_ / low_) : 0.0)
+                       ? (value > 0.0 ? 0.5 + std::log10(value / start_) / decades() : 0.0)
                        : (value - low_) / (high_ - low_);
   return static_cast<int>(std::lround(std::clamp(t, 0.0, 1.0) * kSliderSteps));
 }
@@ -219,10 +232,12 @@ void NumberSlider::slider_moved() {
   edit_timer_->stop();
   if (step_of(field_->value()) == slider_->value()) return;
   const double value = value_at(slider_->value());
+  if (!field_->range().contains(value)) return recenter();
   field_->setModified(false);
   field_->set_value(value);
   emit entered(value, moving_);
   moving_ = slider_->isSliderDown();
+  recenter();
 }
 
 }  // namespace tetraction::viewer

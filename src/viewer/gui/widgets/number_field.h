@@ -66,7 +66,8 @@ class NumberField : public QLineEdit {
 /// The tooltip of a scene key: its help text and its range.
 QString key_tip(const KeyInfo& key);
 
-/// A field with a slider for the usual range of the number.
+/// A field with a slider for the usual range of the number. A logarithmic slider changes the number
+/// relative to what it is: a decade for 60 pixels. Afterwards it is in the middle again.
 class NumberSlider : public QWidget {
   Q_OBJECT
 
@@ -91,13 +92,16 @@ class NumberSlider : public QWidget {
   NumberSlider(NumberField* field, double low, double high, Scale scale, QWidget* parent);
   double value_at(int step) const;
   int step_of(double value) const;
+  double decades() const;
+  void recenter();
   void slider_moved();
 
   NumberField* field_;
   QSlider* slider_;
   QTimer* edit_timer_;  // limits the rate of values of a moving slider
   bool moving_ = false;
-  double low_, high_;
+  double low_, high_;   // of a linear slider
+  double start_ = 1.0;  // of a logarithmic slider: the number in its middle
   Scale scale_;
 };
 

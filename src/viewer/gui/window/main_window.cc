@@ -37,15 +37,11 @@ constexpr qint64 kPicture_ms = 15;      // at most about 60 pictures per second
 constexpr double kWaitForStep_s = 1.0;  // for which closing waits until the step is given up
 constexpr qint64 kSlowUpdate_ms = 150;  // interval of the updates of charts, fields and menus
 
-QString text(const std::string& utf8) {
-  return QString::fromUtf8(utf8.c_str());
-}
-
 }  // namespace
 
 MainWindow::MainWindow()
     : view_(new BodyView(this)),
-      messages_(new MessageStrip(this)),
+      messages_(new MessageStrip(view_->canvas())),
       replay_bar_(new ReplayBar(this)),
       control_(new ControlPanel(this)),
       material_(new MaterialPanel(this)),
@@ -54,6 +50,7 @@ MainWindow::MainWindow()
       drawing_(new DrawingPanel(this)),
       chart_(new LiveChart(this)),
       status_body_(new QLabel(this)),
+      status_recording_(new QLabel(this)),
       status_rate_(new QLabel(this)) {
   setAcceptDrops(true);
   qApp->installEventFilter(this);
@@ -61,12 +58,15 @@ MainWindow::MainWindow()
   auto* column = new QVBoxLayout(center);
   column->setContentsMargins(0, 0, 0, 0);
   column->setSpacing(0);
-  column->addWidget(messages_);
   column->addWidget(view_, 1);
   column->addWidget(replay_bar_);
   replay_bar_->hide();
   setCentralWidget(center);
   statusBar()->addWidget(status_body_, 1);
+  status_recording_->setObjectName(QStringLiteral("recording_sign"));
+  status_recording_->setStyleSheet(QStringLiteral("color: #b00000; font-weight: bold;"));
+  status_recording_->hide();
+  statusBar()->addPermanentWidget(status_recording_);
   statusBar()->addPermanentWidget(status_rate_);
   status_rate_->setToolTip(tr("Pictures drawn in a second"));
 
@@ -121,7 +121,7 @@ void MainWindow::show_frame(std::size_t frame) {
     chart_->refresh();
   } catch (const Error& error) {
     replay_bar_->play(false);
-    messages_->show_message(MessageStrip::Kind::kError, text(error.what()));
+    show_error(QString::fromUtf8(error.what()));
   }
 }
 
@@ -132,17 +132,20 @@ void MainWindow::poll() {
   // A snapshot is taken only if it will be drawn, because the solver then makes the next one.
   if (simulation_ && since_picture_.elapsed() >= kPicture_ms) {
     const auto snapshot = simulation_->snapshot();
-    if (snapshot->body != shown_body_) {  // the simulation was reset
+    const bool new_body = snapshot->body != shown_body_;
+    if (new_body) {  // the simulation was reset
       shown_body_ = snapshot->body;
       chart_->clear();
       history_rows_ = 0;
-      messages_->hide();
+      messages_->clear();
+      shown_pause_ = Pause::kNone;
       if (const auto act = std::exchange(after_new_body_, {})) act();
     }
     if (snapshot->generation != shown_generation_) {
       shown_generation_ = snapshot->generation;
       since_picture_.restart();
       show_snapshot(snapshot);
+      if (new_body) view_->fit_if_outside();
     }
   }
   if (since_slow_.elapsed() >= kSlowUpdate_ms) update_slow_parts();
@@ -151,31 +154,10 @@ void MainWindow::poll() {
 void MainWindow::show_snapshot(const std::shared_ptr<const Snapshot>& snapshot) {
   view_->show_state(snapshot);
   view_->render();
+  if (!isMinimized()) ++states_shown_;
   show_failure(*snapshot);
+  show_pause(*snapshot);
   if (!picture_folder_.isEmpty()) record_picture();
-}
-
-void MainWindow::show_failure(const Snapshot& snapshot) {
-  const bool failed =
-      snapshot.status == RunStatus::kUnstable || snapshot.status == RunStatus::kNotConverged;
-  if (failed == failed_ || !simulation_) return;
-  failed_ = failed;
-  go_back_->setEnabled(failed);
-  if (failed) {
-    // Later messages get this button, too.
-    messages_->set_default_action(tr("Back to the last good state"),
-                                  [this] { go_back_->trigger(); });
-    messages_->show_message(MessageStrip::Kind::kError, text(snapshot.message));
-  } else {
-    messages_->set_default_action(QString(), {});
-    messages_->hide();
-    statusBar()->showMessage(tr("At the last good state, %1 s").arg(snapshot.time), 8000);
-  }
-}
-
-// Goes back to the last good state before the user changes a setting after a failure.
-void MainWindow::leave_failure() {
-  if (failed_ && simulation_) simulation_->go_back();
 }
 
 // Returns to the start. Tells the user what this loses, with a button that saves the recorded edits.
@@ -187,6 +169,7 @@ void MainWindow::restart() {
     recorded = std::make_shared<Scene>(simulation_->recorded_scene());
   }
   const QString run = std::exchange(run_folder_, {});
+  end_refusal();
   simulation_->restart();
   show_recording();
   if (recorded || !run.isEmpty()) {
@@ -203,9 +186,14 @@ void MainWindow::show_loss_by_restart(const QString& run,
            "longer recorded, and movements and momenta of vertices are undone.");
   }
   if (!run.isEmpty()) sentences += tr("The recording of the run in %1 has ended.").arg(run);
+  std::vector<MessageAction> actions;
+  if (recorded) {
+    actions.push_back(
+        {tr("Save the edits as they were…"), [this, recorded] { ask_save_scene(*recorded); }});
+    actions.push_back({tr("Undo the restart"), [this] { undo_->trigger(); }});
+  }
   messages_->show_message(MessageStrip::Kind::kNote, sentences.join(QLatin1Char(' ')),
-                          recorded ? tr("Save the edits as they were…") : QString(),
-                          [this, recorded] { ask_save_scene(*recorded); });
+                          QStringLiteral("restart"), std::move(actions));
 }
 
 // Updates charts, fields and menus, which need fewer updates than the picture.
@@ -213,11 +201,13 @@ void MainWindow::update_slow_parts() {
   const auto elapsed = static_cast<double>(since_slow_.restart());
   const std::uint64_t pictures = view_->picture_count();
   if (pictures > pictures_before_ && elapsed > 0.0) {
+    // Only pictures of new states count, and only while somebody can see them.
     status_rate_->setText(
         tr("%1 pictures a second")
-            .arg(static_cast<double>(pictures - pictures_before_) * 1000.0 / elapsed, 0, 'f', 0));
+            .arg(static_cast<double>(states_shown_) * 1000.0 / elapsed, 0, 'f', 0));
   }
   pictures_before_ = pictures;
+  states_shown_ = 0;
   if (const auto state = view_->state()) {
     control_->show_state(*state);
     vertex_->show_state(*state);
@@ -250,11 +240,7 @@ void MainWindow::update_slow_parts() {
     view_->set_attraction(attraction);
     view_->render();  // a paused simulation causes no other picture
   }
-  for (const Notice& notice : simulation_->take_notices()) {
-    messages_->show_message(notice.kind == Notice::Kind::kRefused ? MessageStrip::Kind::kError
-                                                                  : MessageStrip::Kind::kWarning,
-                            text(notice.text));
-  }
+  show_notices();
   update_actions();
 }
 

@@ -109,13 +109,23 @@ class MainWindow : public QMainWindow {
   void show_frame(std::size_t frame);
   void show_snapshot(const std::shared_ptr<const Snapshot>& snapshot);
   void update_slow_parts();
-  void show_failure(const Snapshot& snapshot);
-  void leave_failure();
   void restart();
   void show_loss_by_restart(const QString& run, const std::shared_ptr<const Scene>& recorded);
   void set_drawing(const DrawingSettings& drawing);
   void update_title();
   const TetMesh* mesh() const;
+
+  // window_messages.cc
+  void answer(TimeSettings time, const QString& what);
+  MessageAction half_step();
+  MessageAction other_rule(Integrator rule);
+  MessageAction before_last_edit();
+  void show_failure(const Snapshot& snapshot);
+  void show_pause(const Snapshot& snapshot);
+  void leave_failure();
+  void show_notices();
+  void show_refusal(const QString& message);
+  void end_refusal();
 
   // window_actions.cc
   void make_actions();
@@ -164,12 +174,17 @@ class MainWindow : public QMainWindow {
   std::size_t shown_history_ = 0;
   std::size_t history_rows_ = 0;
   bool failed_ = false;
+  Pause shown_pause_ = Pause::kNone;
+  std::vector<QString> edit_warnings_;  // causes of messages
   bool closed_within_step_ = false;
   bool shown_attraction_ = false;
   QElapsedTimer since_slow_, since_picture_;
   std::uint64_t pictures_before_ = 0;
+  int states_shown_ = 0;    // since the last update of the rate
   QString picture_folder_;  // empty if pictures are not recorded
   std::size_t pictures_recorded_ = 0;
+  double picture_interval_ = 0.0;  // of a recording, simulated s
+  double next_picture_ = -1.0;     // number of the interval of the last one
   std::shared_ptr<PictureQueue> picture_queue_;
   QString run_folder_;  // empty if the run is not recorded
 
@@ -182,7 +197,7 @@ class MainWindow : public QMainWindow {
   VertexPanel* vertex_;
   DrawingPanel* drawing_;
   LiveChart* chart_;
-  QLabel *status_body_, *status_rate_;
+  QLabel *status_body_, *status_recording_, *status_rate_;
   std::vector<QStackedWidget*> live_pages_;  // panels of a simulation, and a text for a replay
 
   QMenu *view_menu_, *recent_;

@@ -1,64 +1,137 @@
 #include "message_strip.h"
 
+#include <QEvent>
 #include <QHBoxLayout>
 #include <QLabel>
 #include <QPushButton>
 #include <QStyle>
 #include <QToolButton>
+#include <QVBoxLayout>
+#include <algorithm>
 #include <utility>
 
 namespace tetraction::viewer {
+namespace {
 
-MessageStrip::MessageStrip(QWidget* parent)
-    : QFrame(parent), label_(new QLabel(this)), action_(new QPushButton(this)) {
+constexpr int kMargin = 8;     // around the cards, pixels
+constexpr int kWidest = 720;   // of a card, pixels
+constexpr int kMostCards = 4;  // the oldest ones go first
+
+}  // namespace
+
+MessageStrip::MessageStrip(QWidget* over) : QFrame(over), column_(new QVBoxLayout(this)) {
   setObjectName(QStringLiteral("message_strip"));
-  auto* row = new QHBoxLayout(this);
-  row->setContentsMargins(10, 5, 5, 5);
-  label_->setWordWrap(true);
-  label_->setTextFormat(Qt::PlainText);
-  label_->setTextInteractionFlags(Qt::TextSelectableByMouse | Qt::TextSelectableByKeyboard);
-  row->addWidget(label_, 1);
-  action_->setObjectName(QStringLiteral("message_action"));
-  row->addWidget(action_);
-  auto* close = new QToolButton(this);
-  close->setAutoRaise(true);
-  close->setIcon(style()->standardIcon(QStyle::SP_TitleBarCloseButton));
-  close->setToolTip(tr("Close this message"));
-  row->addWidget(close);
-  connect(close, &QToolButton::clicked, this, &QWidget::hide);
-  connect(action_, &QPushButton::clicked, this, [this] {
-    hide();
-    if (do_) do_();
-  });
+  column_->setContentsMargins(0, 0, 0, 0);
+  column_->setSpacing(kMargin);
+  over->installEventFilter(this);
   hide();
 }
 
-void MessageStrip::show_message(Kind kind, const QString& text) {
-  show_message(kind, text, default_button_, default_action_);
+void MessageStrip::show_message(Kind kind, const QString& text, const QString& cause,
+                                std::vector<MessageAction> actions) {
+  end(cause);
+  while (static_cast<int>(cards_.size()) >= kMostCards) {
+    QWidget* oldest = column_->itemAt(0)->widget();
+    const auto card = std::find_if(cards_.begin(), cards_.end(),
+                                   [&](const auto& c) { return c.second.frame == oldest; });
+    end(QString(card->first));
+  }
+  static const QString colors[] = {QStringLiteral("background: #e3f0fb; color: #10344f;"),
+                                   QStringLiteral("background: #fff3cd; color: #5c4300;"),
+                                   QStringLiteral("background: #fbdcdc; color: #6b0d0d;")};
+  auto* frame = new QFrame(this);
+  frame->setObjectName(QStringLiteral("message_card"));
+  frame->setStyleSheet(QStringLiteral("#message_card { %1 border: 1px solid rgba(0, 0, 0, 60); "
+                                      "border-radius: 4px; } #message_card QLabel { %1 }")
+                           .arg(colors[static_cast<int>(kind)]));
+  auto* rows = new QVBoxLayout(frame);
+  rows->setContentsMargins(10, 5, 5, 5);
+  auto* row = new QHBoxLayout;
+  auto* label = new QLabel(text, frame);
+  label->setWordWrap(true);
+  label->setTextFormat(Qt::PlainText);
+  label->setTextInteractionFlags(Qt::TextSelectableByMouse | Qt::TextSelectableByKeyboard);
+  row->addWidget(label, 1);
+  auto* close = new QToolButton(frame);
+  close->setAutoRaise(true);
+  close->setFocusPolicy(Qt::TabFocus);
+  close->setIcon(style()->standardIcon(QStyle::SP_TitleBarCloseButton));
+  close->setToolTip(tr("Close this message"));
+  row->addWidget(close, 0, Qt::AlignTop);
+  rows->addLayout(row);
+  connect(close, &QToolButton::clicked, this, [this, cause] { end(cause); });
+  if (!actions.empty()) {
+    auto* buttons = new QHBoxLayout;
+    for (MessageAction& action : actions) {
+      auto* button = new QPushButton(action.text, frame);
+      button->setObjectName(QStringLiteral("message_action"));
+      button->setFocusPolicy(Qt::TabFocus);
+      buttons->addWidget(button);
+      connect(button, &QPushButton::clicked, this, [this, cause, act = std::move(action.act)] {
+        const auto kept = act;  // the message and its buttons are deleted
+        end(cause);
+        if (kept) kept();
+      });
+    }
+    buttons->addStretch(1);
+    rows->addLayout(buttons);
+  }
+  column_->addWidget(frame);
+  cards_[cause] = {frame, label};
+  place();
 }
 
-void MessageStrip::set_default_action(const QString& button, std::function<void()> action) {
-  default_button_ = button;
-  default_action_ = std::move(action);
+void MessageStrip::end(const QString& cause) {
+  const auto card = cards_.find(cause);
+  if (card == cards_.end()) return;
+  QFrame* frame = card->second.frame;
+  cards_.erase(card);
+  column_->removeWidget(frame);
+  frame->hide();
+  frame->deleteLater();
+  place();
 }
 
-void MessageStrip::show_message(Kind kind, const QString& text, const QString& button,
-                                std::function<void()> action) {
-  static const QString colors[] = {QStringLiteral("#e3f0fb; color: #10344f"),
-                                   QStringLiteral("#fff3cd; color: #5c4300"),
-                                   QStringLiteral("#fbdcdc; color: #6b0d0d")};
-  setStyleSheet(QStringLiteral("#message_strip { background: %1; } #message_strip QLabel { "
-                               "background: %1; }")
-                    .arg(colors[static_cast<int>(kind)]));
-  label_->setText(text);
-  do_ = std::move(action);
-  action_->setText(button);
-  action_->setVisible(!button.isEmpty());
-  show();
+void MessageStrip::clear() {
+  while (!cards_.empty()) end(QString(cards_.begin()->first));
+}
+
+// Lays the cards over the top of the widget, as high as their texts need.
+void MessageStrip::place() {
+  setVisible(!cards_.empty());
+  if (cards_.empty()) return;
+  const int width = std::min(kWidest, parentWidget()->width() - 2 * kMargin);
+  int height = (static_cast<int>(cards_.size()) - 1) * kMargin;
+  for (const auto& [cause, card] : cards_) {
+    QLayout* layout = card.frame->layout();
+    layout->activate();
+    const int own = layout->hasHeightForWidth() ? layout->heightForWidth(width)
+                                                : card.frame->sizeHint().height();
+    card.frame->setFixedHeight(own + 2);  // and its border
+    height += own + 2;
+  }
+  setGeometry((parentWidget()->width() - width) / 2, kMargin, width, height);
+  raise();
+}
+
+bool MessageStrip::eventFilter(QObject* watched, QEvent* event) {
+  if (watched == parentWidget() && event->type() == QEvent::Resize) place();
+  return QFrame::eventFilter(watched, event);
 }
 
 QString MessageStrip::text() const {
-  return isHidden() ? QString() : label_->text();
+  QStringList texts;
+  for (int i = 0; i < column_->count(); ++i) {
+    for (const auto& [cause, card] : cards_) {
+      if (card.frame == column_->itemAt(i)->widget()) texts += card.label->text();
+    }
+  }
+  return texts.join(QLatin1Char('\n'));
+}
+
+QString MessageStrip::text(const QString& cause) const {
+  const auto card = cards_.find(cause);
+  return card != cards_.end() ? card->second.label->text() : QString();
 }
 
 }  // namespace tetraction::viewer

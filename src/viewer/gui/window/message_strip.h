@@ -1,37 +1,57 @@
-// Messages in a strip of the window, which do not interrupt the user.
+// Messages that float over the picture and do not interrupt the user.
 #pragma once
 
 #include <QFrame>
 #include <functional>
+#include <map>
+#include <vector>
 
 class QLabel;
-class QPushButton;
+class QVBoxLayout;
 
 namespace tetraction::viewer {
 
-/// Shows a message above the picture until the user closes it or another message replaces it.
+/// A button of a message.
+struct MessageAction {
+  QString text;
+  std::function<void()> act;
+};
+
+/// Shows messages as cards at the top of another widget, which keeps its size. A message belongs to a
+/// cause: another one of the same cause replaces it, and it goes with its cause, with one of its
+/// actions, or when the user closes it.
 class MessageStrip : public QFrame {
   Q_OBJECT
 
  public:
   enum class Kind { kNote, kWarning, kError };
-  explicit MessageStrip(QWidget* parent = nullptr);
+  /// Shows the cards over `over`.
+  explicit MessageStrip(QWidget* over);
 
-  void show_message(Kind kind, const QString& text);
-  /// Shows a message with a button that calls `action`.
-  void show_message(Kind kind, const QString& text, const QString& button,
-                    std::function<void()> action);
-  /// Sets the button and action of all later messages that have none. An empty button ends this.
-  void set_default_action(const QString& button, std::function<void()> action);
+  /// `cause` may be empty: the next message without a cause replaces this one.
+  void show_message(Kind kind, const QString& text, const QString& cause = {},
+                    std::vector<MessageAction> actions = {});
+  /// Removes the message of a cause.
+  void end(const QString& cause);
+  /// Removes all messages.
+  void clear();
+  /// The texts of all messages, a line each.
   QString text() const;
-  QPushButton* action_button() const { return action_; }
+  /// The text of the message of a cause. Empty if there is none.
+  QString text(const QString& cause) const;
+
+ protected:
+  bool eventFilter(QObject* watched, QEvent* event) override;
 
  private:
-  QLabel* label_;
-  QPushButton* action_;
-  std::function<void()> do_;
-  QString default_button_;
-  std::function<void()> default_action_;
+  struct Card {
+    QFrame* frame;
+    QLabel* label;
+  };
+  void place();
+
+  std::map<QString, Card> cards_;
+  QVBoxLayout* column_;
 };
 
 }  // namespace tetraction::viewer

@@ -8,10 +8,12 @@
 #include <QMenu>
 #include <QMenuBar>
 #include <QMessageBox>
+#include <QScreen>
 #include <QSettings>
 #include <QStackedWidget>
 #include <QStatusBar>
 #include <QStyle>
+#include <QTimer>
 #include <QToolBar>
 #include <algorithm>
 
@@ -95,6 +97,7 @@ void MainWindow::make_edit_menu() {
   undo_ = edit->addAction(
       tr("Undo"), this,
       [this] {
+        end_refusal();
         leave_failure();
         simulation_->undo();
       },
@@ -102,6 +105,7 @@ void MainWindow::make_edit_menu() {
   redo_ = edit->addAction(
       tr("Redo"), this,
       [this] {
+        end_refusal();
         leave_failure();
         simulation_->redo();
       },
@@ -177,7 +181,17 @@ void MainWindow::make_view_menu() {
     view_menu_->addAction(
         name, this, [this, axis] { view_->reset_camera(axis); }, QKeySequence(key));
   };
-  look(tr("Whole &body"), tr("Home"), -1);
+  QAction* fit = view_menu_->addAction(
+      tr("Whole &body"), this, [this] { view_->fit(); }, QKeySequence(tr("Home")));
+  fit->setObjectName(QStringLiteral("fit"));
+  fit->setToolTip(tr("The whole body, from where the camera looks (Home)"));
+  QAction* follow = view_menu_->addAction(tr("&Follow body"));
+  follow->setObjectName(QStringLiteral("follow"));
+  follow->setCheckable(true);
+  follow->setShortcut(QKeySequence(tr("Shift+F")));
+  follow->setToolTip(tr("The camera moves with the middle of the body (Shift+F)"));
+  connect(follow, &QAction::toggled, view_, &BodyView::set_follow);
+  look(tr("&Oblique"), tr("O"), -1);
   look(tr("Along &x"), tr("X"), 0);
   look(tr("Along &y"), tr("Y"), 1);
   look(tr("Along &z"), tr("Z"), 2);
@@ -219,9 +233,10 @@ void MainWindow::make_tools() {
       tr("Drag a band around vertices, also those inside and behind; Ctrl or Shift adds to the "
          "selection"),
       Tool::kSelect);
-  live_only_.push_back(
-      add(tr("Drag"), QStringLiteral("3"),
-          tr("Drag vertices with the mouse; they are held while the button is down"), Tool::kMove));
+  live_only_.push_back(add(
+      tr("Drag"), QStringLiteral("3"),
+      tr("Drag vertices with a spring; the wheel sets the area, Alt moves the vertices exactly"),
+      Tool::kMove));
   live_only_.push_back(add(tr("Force"), QStringLiteral("4"),
                            tr("Pull a force arrow from a vertex; it acts until changed"),
                            Tool::kForce));
@@ -233,7 +248,10 @@ void MainWindow::make_tools() {
 
 void MainWindow::update_actions() {
   const bool live = simulation_ != nullptr;
-  for (QAction* action : live_only_) action->setEnabled(live);
+  for (QAction* action : live_only_) {
+    action->setEnabled(live);
+    action->setVisible(!replay_);  // a replay has no use for them
+  }
   const QString undo = live ? QString::fromStdString(simulation_->undo_text()) : QString();
   const QString redo = live ? QString::fromStdString(simulation_->redo_text()) : QString();
   undo_->setEnabled(!undo.isEmpty());
@@ -286,7 +304,11 @@ void MainWindow::show_keys() {
          "<tr><td><b>Ctrl+Z, Ctrl+Shift+Z</b></td><td>undo, redo</td></tr>"
          "<tr><td><b>Ctrl+A, Ctrl+Shift+A</b></td><td>select all, none</td></tr>"
          "<tr><td><b>1 … 5</b></td><td>tools: look, select, drag, force, momentum</td></tr>"
-         "<tr><td><b>Home, X, Y, Z</b></td><td>whole body, along an axis</td></tr>"
+         "<tr><td><b>Home, O, X, Y, Z</b></td><td>whole body from here, oblique, along an "
+         "axis</td></tr>"
+         "<tr><td><b>Shift+F</b></td><td>the camera follows the body</td></tr>"
+         "<tr><td><b>Wheel during a drag</b></td><td>size of the area that is pulled</td></tr>"
+         "<tr><td><b>Alt and drag</b></td><td>the vertex itself, with the tool for drags</td></tr>"
          "<tr><td><b>Click</b></td><td>pick a vertex; with Ctrl or Shift: add it</td></tr>"
          "<tr><td><b>Shift and drag</b></td><td>rubber band, with every tool</td></tr>"
          "<tr><td><b>Middle button, wheel</b></td><td>move, zoom</td></tr>"
@@ -296,12 +318,20 @@ void MainWindow::show_keys() {
 
 void MainWindow::restore_window() {
   QSettings settings;
-  resize(1280, 800);
+  const QSize room = QGuiApplication::primaryScreen()->availableSize();
+  resize(QSize(1280, 800).boundedTo(room));
   resizeDocks({findChild<QDockWidget*>(QStringLiteral("dock_run"))}, {kPanelWidth}, Qt::Horizontal);
   resizeDocks({findChild<QDockWidget*>(QStringLiteral("dock_charts"))}, {kChartHeight},
               Qt::Vertical);
   restoreGeometry(settings.value(QStringLiteral("geometry")).toByteArray());
   restoreState(settings.value(QStringLiteral("docks")).toByteArray());
+  if (width() > room.width() || height() > room.height()) resize(size().boundedTo(room));
+  // A panel that floated would come up beneath the window, which is shown after it.
+  QTimer::singleShot(0, this, [this] {
+    for (QDockWidget* dock : findChildren<QDockWidget*>()) {
+      if (dock->isFloating() && dock->isVisible()) dock->raise();
+    }
+  });
   drawing_->load(settings);
 }
 

@@ -88,7 +88,8 @@ void MainWindow::show_mesh_message() {
   text +=
       tr(". It is of rubber (1 MPa), free and without gravity: to hold it, select vertices and "
          "press F; Material and World have the rest. If its unit is not the metre, scale it.");
-  messages_->show_message(MessageStrip::Kind::kNote, text, tr("Scale…"), [this] { ask_scale(); });
+  messages_->show_message(MessageStrip::Kind::kNote, text, QStringLiteral("mesh"),
+                          {{tr("Scale…"), [this] { ask_scale(); }}});
 }
 
 void MainWindow::ask_scale() {
@@ -108,7 +109,7 @@ void MainWindow::ask_scale() {
   if (!is_number || !std::isfinite(scale) || !(scale > 0.0)) {
     messages_->show_message(MessageStrip::Kind::kWarning,
                             tr("Scale: “%1” is not possible; allowed: above 0.").arg(answer),
-                            tr("Scale…"), [this] { ask_scale(); });
+                            QStringLiteral("input"), {{tr("Scale…"), [this] { ask_scale(); }}});
     return;
   }
   open(path_, scale);
@@ -175,6 +176,7 @@ void MainWindow::show_simulation(std::unique_ptr<Simulation> simulation,
   simulation_->set_color_field(drawing_->drawing().field);
   simulation_->set_steps_per_snapshot(control_->steps_between_pictures());
   simulation_->set_speed_limit(control_->speed_limit());
+  simulation_->set_pauses(true, true);
   begin_body(simulation_->mesh(), std::move(shape));
   chart_->set_probes(chart_probes(scene.probe));
   shown_body_ = simulation_->snapshot()->body;
@@ -185,7 +187,9 @@ void MainWindow::show_simulation(std::unique_ptr<Simulation> simulation,
 }
 
 void MainWindow::begin_body(const TetMesh& mesh, std::shared_ptr<const BodyShape> shape) {
-  messages_->hide();
+  messages_->clear();
+  shown_pause_ = Pause::kNone;
+  edit_warnings_.clear();
   after_new_body_ = {};
   stop_recording();  // may show a message
   chart_->clear();
@@ -194,7 +198,6 @@ void MainWindow::begin_body(const TetMesh& mesh, std::shared_ptr<const BodyShape
   history_rows_ = 0;
   failed_ = false;
   go_back_->setEnabled(false);
-  messages_->set_default_action(QString(), {});
   shown_attraction_ = false;
   view_->set_attraction(false);
   view_->set_body(std::move(shape));

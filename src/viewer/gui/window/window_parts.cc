@@ -5,7 +5,6 @@
 #include <QComboBox>
 #include <QDockWidget>
 #include <QLabel>
-#include <QScrollArea>
 #include <QSpinBox>
 #include <QStackedWidget>
 #include <QStatusBar>
@@ -21,6 +20,7 @@
 #include "viewer/gui/panels/vertex_panel.h"
 #include "viewer/gui/replay/replay_bar.h"
 #include "viewer/gui/widgets/number_field.h"
+#include "viewer/gui/widgets/panel_area.h"
 
 namespace tetraction::viewer {
 
@@ -50,13 +50,14 @@ void MainWindow::make_docks() {
   const auto add = [&](QWidget* panel, const QString& title, const char* name) {
     auto* dock = new QDockWidget(title, this);
     dock->setObjectName(QLatin1String(name));
-    auto* scroll = new QScrollArea(dock);
-    scroll->setWidgetResizable(true);
-    scroll->setFrameShape(QFrame::NoFrame);
-    scroll->setHorizontalScrollBarPolicy(Qt::ScrollBarAlwaysOff);
+    auto* scroll = new PanelArea(dock);
     scroll->setWidget(panel);
-    scroll->setMinimumWidth(panel->minimumSizeHint().width() + 18);  // width of the scroll bar
     dock->setWidget(scroll);
+    // A panel that floats, or comes back from there, lies above the others.
+    connect(dock, &QDockWidget::topLevelChanged, dock, [dock] { dock->raise(); });
+    connect(dock->toggleViewAction(), &QAction::triggered, dock, [dock](bool shown) {
+      if (shown) dock->raise();
+    });
     addDockWidget(Qt::LeftDockWidgetArea, dock);
     if (first == nullptr) {
       first = dock;
@@ -102,6 +103,7 @@ void MainWindow::make_docks() {
 void MainWindow::connect_panels() {
   const auto edit = [this](const Edit& e, const QString& what, bool continues_previous) {
     if (!simulation_) return;
+    end_refusal();
     leave_failure();
     simulation_->edit(e, what.toStdString(), continues_previous);
   };
@@ -152,9 +154,7 @@ void MainWindow::connect_panels() {
       view_->set_drawing(drawing_->drawing());
     }
   });
-  const auto warn = [this](const QString& message) {
-    messages_->show_message(MessageStrip::Kind::kWarning, message);
-  };
+  const auto warn = [this](const QString& message) { show_refusal(message); };
   connect(control_, &ControlPanel::refused, this, warn);
   connect(material_, &MaterialPanel::refused, this, warn);
   connect(surroundings_, &SurroundingsPanel::refused, this, warn);
@@ -162,6 +162,9 @@ void MainWindow::connect_panels() {
   connect(drawing_, &DrawingPanel::refused, this, warn);
   connect(chart_, &LiveChart::message_ready, this,
           [this](const QString& message) { statusBar()->showMessage(message, 8000); });
+  connect(chart_, &LiveChart::time_clicked, this, [this](double time) {
+    if (replay_) replay_bar_->set_time(time);
+  });
   connect(replay_bar_, &ReplayBar::frame_wanted, this,
           [this](int frame) { show_frame(static_cast<std::size_t>(frame)); });
 }
@@ -182,13 +185,24 @@ void MainWindow::connect_view() {
     select(std::move(vertices));
   });
   connect(view_, &BodyView::light_turned, drawing_, &DrawingPanel::turn_light);
-  connect(view_, &BodyView::grabbed, this, [this](Index vertex) {
+  connect(view_, &BodyView::area_scaled, this, [this](double factor) {
+    const double radius = edits_ ? edits_->scale_area(factor) : 0.0;
+    if (radius > 0.0) {
+      statusBar()->showMessage(tr("The drag pulls within %1 m").arg(radius, 0, 'g', 3), 4000);
+    }
+  });
+  connect(view_, &BodyView::grabbed, this, [this](Index vertex, bool exact) {
     if (!edits_) return;
     // If the vertex is selected, all selected vertices are dragged.
     if (std::find(selection_.begin(), selection_.end(), vertex) == selection_.end()) {
       select({vertex});
     }
-    edits_->grab(selection_, vertex);
+    edits_->grab(selection_, vertex, exact);
+    if (!exact && !simulation_->snapshot()->running) {
+      statusBar()->showMessage(tr("The spring pulls as soon as the simulation runs. With Alt the "
+                                  "vertex itself is moved."),
+                               8000);
+    }
   });
   connect(view_, &BodyView::dragged, this, [this](const Vector3& place) {
     if (edits_) edits_->drag_to(place);

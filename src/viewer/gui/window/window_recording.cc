@@ -16,6 +16,7 @@
 #include "tetraction/io/run_recorder.h"
 #include "tetraction/io/scene_writer.h"
 #include "viewer/gui/body/body_view.h"
+#include "viewer/gui/panels/control_panel.h"
 
 namespace tetraction::viewer {
 namespace {
@@ -99,6 +100,7 @@ void MainWindow::stop_pictures() {
   }
   QThreadPool::globalInstance()->waitForDone();
   const QString folder = std::exchange(picture_folder_, QString());
+  if (simulation_) simulation_->set_picture_interval(0.0);
   show_recording();
   if (picture_queue_->failed) {
     show_error(tr("%1: not all pictures could be written. Choose another folder.").arg(folder));
@@ -123,6 +125,13 @@ void MainWindow::show_recording() {
   const QSignalBlocker quiet_run(record_run_);
   record_pictures_->setChecked(!picture_folder_.isEmpty());
   record_run_->setChecked(!run_folder_.isEmpty());
+  QStringList what;
+  if (!run_folder_.isEmpty()) what += tr("run");
+  if (!picture_folder_.isEmpty()) what += tr("pictures");
+  status_recording_->setText(tr("● recording: %1").arg(what.join(QLatin1String(", "))));
+  status_recording_->setToolTip(
+      QStringList{run_folder_, picture_folder_}.join(QLatin1Char('\n')).trimmed());
+  status_recording_->setVisible(!what.isEmpty());
 }
 
 void MainWindow::record_pictures(const QString& folder) {
@@ -137,11 +146,26 @@ void MainWindow::record_pictures(const QString& folder) {
     picture_folder_ = folder;
     pictures_recorded_ = 0;
     picture_queue_ = std::make_shared<PictureQueue>();
+    next_picture_ = -1.0;
+    if (simulation_) {
+      // Twenty-five pictures for a second of the film, at the speed that is set.
+      constexpr double kRate = 25.0;
+      const double speed = control_->speed_limit() > 0.0 ? control_->speed_limit() : 1.0;
+      picture_interval_ = std::max(speed / kRate, simulation_->settings().time.step);
+      simulation_->set_picture_interval(picture_interval_);
+    }
   }
   show_recording();
 }
 
+// Pictures of a simulation are equally spaced in simulated time. Of a replay there is one for each frame.
 void MainWindow::record_picture() {
+  if (simulation_) {
+    constexpr double kRoundOff = 1e-9;
+    const double number = std::floor(view_->state()->time / picture_interval_ + kRoundOff);
+    if (number == next_picture_) return;
+    next_picture_ = number;
+  }
   auto save = [image = view_->picture(), queue = picture_queue_,
                path = picture_path(picture_folder_, ++pictures_recorded_)] {
     if (!image.save(path)) queue->failed = true;
