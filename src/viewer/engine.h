@@ -18,7 +18,7 @@ namespace tetraction::viewer {
 /// Runs a body from the start of its scene. Not thread-safe.
 class Engine {
  public:
-  /// Sets up the scene and clears `recording`. Throws InputError.
+  /// Sets up the scene and begins `recording` with it. Throws InputError.
   Engine(const Scene& scene, const TetMesh& mesh, Recording& recording);
 
   const Session& session() const { return *session_; }

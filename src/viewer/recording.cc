@@ -27,8 +27,9 @@ struct ApplyToSections {
 
 Recording::Recording(Scene scene) : start_(std::move(scene)), numbering_(start_) {}
 
-void Recording::clear() {
+void Recording::begin(const Scene& scene) {
   const std::lock_guard lock(mutex_);
+  start_ = scene;
   entries_.clear();
   step_ = 0;
   time_ = 0.0;

@@ -16,8 +16,8 @@ class Recording {
  public:
   explicit Recording(Scene scene);
 
-  /// Removes everything.
-  void clear();
+  /// Begins again with a scene.
+  void begin(const Scene& scene);
   /// Adds an edit that the session has just made.
   void add(const Session& session, const Edit& edit, const std::string& note);
   /// Must be called when the session has made a step or gone back.
@@ -43,8 +43,8 @@ class Recording {
   void add_events_to_come(Scene& scene) const;
   Settings present_settings() const;
 
-  const Scene start_;
   mutable std::mutex mutex_;
+  Scene start_;
   std::vector<Entry> entries_;
   Index step_ = 0;
   double time_ = 0.0;

@@ -23,10 +23,13 @@ bool Simulation::end(double seconds) {
 }
 
 const TetMesh& Simulation::mesh() const {
-  return impl_->mesh();
+  return *impl_->lock()->mesh;
 }
 const Scene& Simulation::scene() const {
-  return impl_->scene();
+  return *impl_->lock()->scene;
+}
+EditedScene Simulation::edited_scene() const {
+  return *impl_->lock()->edited_scene;
 }
 
 void Simulation::run() {
@@ -65,10 +68,18 @@ void Simulation::set_color_field(ColorField field) {
 void Simulation::edit(Edit edit, std::string what, bool continues_previous) {
   impl_->send(MakeEdit{std::move(edit), std::move(what), continues_previous});
 }
+void Simulation::set_up(Scene scene, std::string what) {
+  impl_->send(Action{[scene = std::move(scene), what = std::move(what)](SolverThread& solver) {
+                       solver.set_up(scene, what);
+                     },
+                     true});
+}
+std::optional<std::string> Simulation::take_refusal() {
+  return std::exchange(impl_->lock()->refusal, {});
+}
 void Simulation::grab(std::vector<Index> vertices) {
   impl_->send(Action{
-      [vertices = std::move(vertices)](SolverThread& solver) { solver.engine().grab(vertices); },
-      true});
+      [vertices = std::move(vertices)](SolverThread& solver) { solver.grab(vertices); }, true});
 }
 void Simulation::drag_to(const Vector3& position) {
   impl_->send(DragTo{position});
@@ -77,10 +88,10 @@ void Simulation::release() {
   impl_->send(Action{[](SolverThread& solver) { solver.engine().release(); }});
 }
 void Simulation::undo() {
-  impl_->send(Action{[](SolverThread& solver) { solver.engine().undo(); }, true});
+  impl_->send(Action{&SolverThread::undo, true});
 }
 void Simulation::redo() {
-  impl_->send(Action{[](SolverThread& solver) { solver.engine().redo(); }, true});
+  impl_->send(Action{&SolverThread::redo, true});
 }
 
 void Simulation::observe(std::unique_ptr<Observer> observer) {
@@ -113,6 +124,9 @@ std::shared_ptr<const Snapshot> Simulation::snapshot() const {
 }
 Settings Simulation::settings() const {
   return impl_->lock()->settings;
+}
+std::size_t Simulation::settings_number() const {
+  return impl_->lock()->settings_number;
 }
 
 std::vector<HistoryRow> Simulation::history(std::size_t from) const {

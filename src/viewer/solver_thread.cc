@@ -43,10 +43,10 @@ bool is_edit(const Command& command) {
 }  // namespace
 
 SolverThread::SolverThread(Scene start_scene, TetMesh start_mesh)
-    : scene_(std::move(start_scene)),
-      mesh_(std::move(start_mesh)),
-      recording_(scene_),
-      engine_(std::make_unique<Engine>(scene_, mesh_, recording_)) {
+    : scene_(std::make_shared<const Scene>(std::move(start_scene))),
+      mesh_(std::make_shared<const TetMesh>(std::move(start_mesh))),
+      recording_(*scene_),
+      engine_(std::make_unique<Engine>(*scene_, *mesh_, recording_)) {
   begin();
   publish();
 }
@@ -117,6 +117,7 @@ bool SolverThread::wait_until_idle(double seconds) {
 // Starts the history of a new engine.
 void SolverThread::begin() {
   const HistoryRow row = history_row(session());
+  if (kept_.empty() || kept_.back().first != scene_) kept_.emplace_back(scene_, mesh_);
   stable_step_ = session().initial_limit().critical_step;
   limit_cost_ = session().times().stability;
   stepping_since_limit_ = 0.0;
@@ -134,13 +135,19 @@ void SolverThread::publish_edit_results() {
   std::vector<EditMark> new_marks = engine_->take_marks();
   std::vector<Notice> new_notices = engine_->take_notices();
   if (!snapshot_due_ && new_marks.empty() && new_notices.empty()) return;
-  const std::size_t new_edits = engine_->take_edit_count();
+  const std::size_t new_edits = engine_->take_edit_count() + std::exchange(set_ups_, 0);
   Settings settings = engine_->settings();
   std::string undo_text = engine_->edits().undo_text();
   std::string redo_text = engine_->edits().redo_text();
+  if (undo_text.empty() && !undo_.empty()) undo_text = undo_.back().what;
+  if (redo_text.empty() && !redo_.empty()) redo_text = redo_.back().what;
+  auto edited = std::make_shared<const EditedScene>(
+      edited_scene(*scene_, *mesh_, engine_->edits().edits_in_effect()));
   limit_is_old_ = engine_->take_limit_change() || limit_is_old_;
   const auto shared = shared_.lock();
   shared->settings = std::move(settings);
+  ++shared->settings_number;
+  shared->edited_scene = std::move(edited);
   shared->undo_text = std::move(undo_text);
   shared->redo_text = std::move(redo_text);
   shared->edit_count += new_edits;
@@ -166,6 +173,8 @@ void SolverThread::publish() {
   next->running = shared->running;
   if (!shared->running) next->real_time_factor = 0.0;
   shared->snapshot = std::move(next);
+  shared->mesh = mesh_;
+  shared->scene = scene_;
   shared->snapshot_taken = false;
   published_ = Clock::now();
 }
@@ -275,9 +284,13 @@ void SolverThread::restart() {
   engine_->release();
   engine_->go_back();  // ends a drag that could not be released in the failed state
   const std::vector<MadeEdit> made = engine_->edits().edits_in_effect();
-  engine_ = std::make_unique<Engine>(scene_, mesh_, recording_);
+  engine_ = std::make_unique<Engine>(*scene_, *mesh_, recording_);
   engine_->take_notices();  // those of the scene are known already
   begin();
+  make_kept_edits(made);
+}
+
+void SolverThread::make_kept_edits(const std::vector<MadeEdit>& made) {
   for (const MadeEdit& kept : kept_settings(made, session())) {
     report_failure_of([&] { engine_->edit(kept.edit, kept.what, kept.continues_previous); });
   }
@@ -287,7 +300,13 @@ void SolverThread::restart() {
 void SolverThread::reset() {
   pause();
   end_observation();
-  engine_ = std::make_unique<Engine>(scene_, mesh_, recording_);
+  if (!undo_.empty()) {
+    scene_ = undo_.front().scene;
+    mesh_ = undo_.front().mesh;
+  }
+  undo_.clear();
+  redo_.clear();
+  engine_ = std::make_unique<Engine>(*scene_, *mesh_, recording_);
   begin();
 }
 
@@ -306,6 +325,7 @@ void SolverThread::execute(const DragTo& drag) {
 }
 
 void SolverThread::execute(MakeEdit& edit) {
+  redo_.clear();
   engine_->edit(std::move(edit.edit), edit.what, edit.continues_previous);
 }
 

@@ -52,8 +52,13 @@ struct SharedState {
   double speed_limit = 0.0;
   ColorField field = nullptr;
   std::shared_ptr<const Snapshot> snapshot;
+  std::shared_ptr<const TetMesh> mesh;  // of the snapshot
+  std::shared_ptr<const Scene> scene;
+  std::shared_ptr<const EditedScene> edited_scene;
   bool snapshot_taken = false;  // whether the window has read the snapshot
   Settings settings;
+  std::size_t settings_number = 0;
+  std::optional<std::string> refusal;  // of the last set_up()
   HistoryLog history;
   std::vector<EditMark> marks;
   std::vector<Notice> notices;
@@ -77,8 +82,6 @@ class SolverThread {
   /// Gives up the step in progress, at the next iteration of its solver, and waits for this.
   ~SolverThread();
 
-  const Scene& scene() const { return scene_; }
-  const TetMesh& mesh() const { return mesh_; }
   const Recording& recording() const { return recording_; }
 
   void start();
@@ -99,8 +102,20 @@ class SolverThread {
   void restart();
   void reset();
   void go_back();
+  void set_up(const Scene& scene, const std::string& what);
+  void undo();
+  void redo();
+  void grab(const std::vector<Index>& vertices);
 
  private:
+  // A scene with its mesh, and the edits that were made of it.
+  struct Version {
+    std::shared_ptr<const Scene> scene;
+    std::shared_ptr<const TetMesh> mesh;
+    std::vector<MadeEdit> made;
+    std::string what;  // the change between this version and the present one
+  };
+
   struct Task {
     enum class Kind { kNone, kCommand, kPublish, kStep, kEstimateLimit } kind = Kind::kNone;
     Command command{};  // of kCommand
@@ -108,6 +123,8 @@ class SolverThread {
 
   const Session& session() const { return engine_->session(); }
   void begin();
+  void change_version(Version next, std::vector<Version>& others, const std::string& what);
+  void make_kept_edits(const std::vector<MadeEdit>& made);
   void publish_edit_results();
   void publish();
   void estimate_limit();
@@ -127,8 +144,12 @@ class SolverThread {
   void work();
   void ask_to_end();
 
-  const Scene scene_;
-  const TetMesh mesh_;
+  std::shared_ptr<const Scene> scene_;
+  std::shared_ptr<const TetMesh> mesh_;
+  // All scenes and meshes that there were, because the window may still use them.
+  std::vector<std::pair<std::shared_ptr<const Scene>, std::shared_ptr<const TetMesh>>> kept_;
+  std::vector<Version> undo_, redo_;
+  std::size_t set_ups_ = 0;  // those that are not counted as edits yet
   Recording recording_;
 
   // Data of the solver's thread.

@@ -1,7 +1,11 @@
 #include "number_field.h"
 
+#include <QApplication>
+#include <QDateTime>
 #include <QHBoxLayout>
 #include <QKeyEvent>
+#include <QMouseEvent>
+#include <QPainter>
 #include <QSlider>
 #include <QTimer>
 #include <QToolTip>
@@ -53,7 +57,10 @@ NumberField::NumberField(const QString& what, const QString& unit, NumberRange r
   setAccessibleName(what);
   setToolTip(unit.isEmpty() ? tr("%1; allowed: %2").arg(what, text_of(range))
                             : tr("%1 in %2; allowed: %3").arg(what, unit, text_of(range)));
-  connect(this, &QLineEdit::textEdited, this, [this] { mark(false); });
+  connect(this, &QLineEdit::textEdited, this, [this] {
+    refused_ = false;
+    mark(false);
+  });
 }
 
 NumberField::NumberField(const KeyInfo& key, QWidget* parent)
@@ -63,25 +70,43 @@ NumberField::NumberField(const KeyInfo& key, QWidget* parent)
 
 QSize NumberField::sizeHint() const {
   QSize size = QLineEdit::sizeHint();
-  size.setWidth(fontMetrics().horizontalAdvance(QStringLiteral("-0.000000e-00")) + 14);
+  size.setWidth(fontMetrics().horizontalAdvance(QStringLiteral("-0.000000e-00")) + 14 +
+                textMargins().right());
   return size;
 }
 
 QSize NumberField::minimumSizeHint() const {
   QSize size = QLineEdit::minimumSizeHint();
-  size.setWidth(fontMetrics().horizontalAdvance(QStringLiteral("-0.000e-00")) + 12);
+  size.setWidth(fontMetrics().horizontalAdvance(QStringLiteral("-0.000e-00")) + 12 +
+                textMargins().right());
   return size;
 }
 
 void NumberField::set_value(double value) {
-  if (value == value_ && !empty_) return;
+  if (drag_) return;
+  if (value == value_ && !empty_ && !instead_) return;
   value_ = value;
   empty_ = false;
-  if (!(hasFocus() && isModified())) restore();
+  instead_.reset();
+  if (!refused_ && !(hasFocus() && isModified())) restore();
+}
+
+void NumberField::set_text_value(const QString& text) {
+  if (instead_ == text) return;
+  instead_ = text;
+  empty_ = false;
+  if (!refused_ && !(hasFocus() && isModified())) restore();
+}
+
+void NumberField::show_refused() {
+  refused_ = true;
+  setModified(true);
+  mark(true);
 }
 
 void NumberField::restore() {
-  setText(number(value_));
+  refused_ = false;
+  setText(instead_ ? *instead_ : number(value_));
   setModified(false);
   mark(false);
 }
@@ -94,6 +119,7 @@ void NumberField::mark(bool wrong) {
 void NumberField::commit() {
   if (!isModified()) return;
   bool is_number = false;
+  if (instead_ && text().trimmed() == *instead_) return restore();
   const QString typed = text().trimmed().replace(QLatin1Char(','), QLatin1Char('.'));
   const double value = typed.toDouble(&is_number);
   if (exceeds_numbers(typed)) {
@@ -103,15 +129,84 @@ void NumberField::commit() {
                : tr("is too large; the largest number is %1").arg(Limits::max()));
     return;
   }
+  if (!is_number && take_other_ && take_other_(text().trimmed())) {
+    if (!refused_) setModified(false);
+    return;
+  }
   if (!is_number || !range_.contains(value)) {
     refuse(tr("is not possible; allowed: %1%2")
                .arg(text_of(range_), unit_.isEmpty() ? QString() : QLatin1Char(' ') + unit_));
     return;
   }
   setModified(false);
-  if (value != value_) {
+  if (value != value_ || instead_) {
     value_ = value;
+    instead_.reset();
     emit entered(value);
+  }
+}
+
+void NumberField::set_draggable() {
+  draggable_ = true;
+  setCursor(Qt::SizeHorCursor);
+  if (!unit_.isEmpty()) {
+    setTextMargins(0, 0, fontMetrics().horizontalAdvance(unit_) + 4, 0);
+  }
+}
+
+void NumberField::paintEvent(QPaintEvent* event) {
+  QLineEdit::paintEvent(event);
+  if (!draggable_ || unit_.isEmpty()) return;
+  QPainter painter(this);
+  painter.setPen(palette().color(QPalette::Disabled, QPalette::Text));
+  painter.drawText(rect().adjusted(0, 0, -6, 0), Qt::AlignRight | Qt::AlignVCenter, unit_);
+}
+
+// The value of a drag to a place. A number that is 0 begins at a thousandth.
+double NumberField::dragged_value(int x, bool fine) const {
+  const double decades = (x - drag_->from) / (fine ? 600.0 : 60.0);
+  const double start = drag_->value;
+  double value = start * std::pow(10.0, decades);
+  if (start == 0.0)
+    value = std::copysign(1e-3 * (std::pow(10.0, std::abs(decades)) - 1.0), decades);
+  return QString::number(value, 'g', 3).toDouble();
+}
+
+void NumberField::mousePressEvent(QMouseEvent* event) {
+  const bool begins = draggable_ && event->button() == Qt::LeftButton && !hasFocus() && !instead_;
+  if (begins) {
+    drag_ = Drag{event->pos().x(), value_};
+    event->accept();
+  } else {
+    QLineEdit::mousePressEvent(event);
+  }
+}
+
+void NumberField::mouseMoveEvent(QMouseEvent* event) {
+  if (!drag_) return QLineEdit::mouseMoveEvent(event);
+  if (std::abs(event->pos().x() - drag_->from) >= QApplication::startDragDistance() / 2) {
+    drag_->moved = true;
+  }
+  if (!drag_->moved) return;
+  const double value =
+      dragged_value(event->pos().x(), (event->modifiers() & Qt::ShiftModifier) != 0);
+  if (value == value_ || !range_.contains(value)) return;
+  value_ = value;
+  restore();
+  const qint64 now = QDateTime::currentMSecsSinceEpoch();
+  if (now - drag_->sent_at < kEditInterval_ms) return;
+  drag_->sent_at = now;
+  emit dragged(value, std::exchange(drag_->sent, true));
+}
+
+void NumberField::mouseReleaseEvent(QMouseEvent* event) {
+  if (!drag_) return QLineEdit::mouseReleaseEvent(event);
+  const Drag drag = *std::exchange(drag_, std::nullopt);
+  if (drag.moved) {
+    emit dragged(value_, drag.sent);
+  } else {
+    setFocus(Qt::MouseFocusReason);
+    selectAll();
   }
 }
 
@@ -131,6 +226,7 @@ void NumberField::keyPressEvent(QKeyEvent* event) {
   }
   if (event->key() == Qt::Key_Escape) {
     restore();
+    emit given_up();
     emit finished();
     return;
   }
@@ -140,8 +236,8 @@ void NumberField::keyPressEvent(QKeyEvent* event) {
 void NumberField::focusOutEvent(QFocusEvent* event) {
   if (event->reason() != Qt::PopupFocusReason) {
     commit();
-    // A text that was refused is removed.
-    if (isModified() || !empty_) restore();
+    // A text that was refused is removed, unless its reason is shown beside it.
+    if (!refused_ && (isModified() || !empty_)) restore();
   }
   QLineEdit::focusOutEvent(event);
   if (event->reason() != Qt::PopupFocusReason) emit left();

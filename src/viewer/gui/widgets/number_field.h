@@ -4,6 +4,9 @@
 #include <QLineEdit>
 #include <QString>
 #include <QWidget>
+#include <functional>
+#include <optional>
+#include <utility>
 
 #include "tetraction/core/number_range.h"
 
@@ -35,19 +38,38 @@ class NumberField : public QLineEdit {
   const QString& unit() const { return unit_; }
   const NumberRange& range() const { return range_; }
 
+  /// Shows a text in place of a number, such as "auto" or nothing, unless the user is typing.
+  void set_text_value(const QString& text);
+  /// A function that may take a text that is no number. It returns whether it has taken it.
+  void set_other_texts(std::function<bool(const QString&)> take) { take_other_ = std::move(take); }
+  /// Shows the unit inside the field. A drag of the mouse then changes the number: by a decade in 60 pixels, with Shift
+  /// in 600.
+  void set_draggable();
+  /// Marks the text as refused. It stays until the user changes it.
+  void show_refused();
+  bool is_refused() const { return refused_; }
+
  signals:
+  /// A drag has changed the value; the last one of a drag and those before it belong together.
+  void dragged(double value, bool continues_previous);
   /// The user entered another value.
   void entered(double value);
   /// The user entered a value that is not allowed. The argument is the message.
   void refused(const QString& message);
   /// The user has pressed Return or Escape.
   void finished();
+  /// Before it, the user has pressed Escape.
+  void given_up();
   /// The field has lost the focus.
   void left();
 
  protected:
   void keyPressEvent(QKeyEvent* event) override;
   void focusOutEvent(QFocusEvent* event) override;
+  void mousePressEvent(QMouseEvent* event) override;
+  void mouseMoveEvent(QMouseEvent* event) override;
+  void mouseReleaseEvent(QMouseEvent* event) override;
+  void paintEvent(QPaintEvent* event) override;
   QSize sizeHint() const override;
   QSize minimumSizeHint() const override;
 
@@ -60,7 +82,20 @@ class NumberField : public QLineEdit {
   QString what_, unit_;
   NumberRange range_;
   double value_ = 0.0;
-  bool empty_ = true;  // whether no value has been set yet
+  bool empty_ = true;               // whether no value has been set yet
+  std::optional<QString> instead_;  // the text in place of a number
+  std::function<bool(const QString&)> take_other_;
+  bool refused_ = false;  // whether the text stays although it was refused
+  bool draggable_ = false;
+  struct Drag {
+    int from = 0;
+    double value = 0.0;
+    bool moved = false;
+    bool sent = false;
+    qint64 sent_at = 0;  // ms
+  };
+  double dragged_value(int x, bool fine) const;
+  std::optional<Drag> drag_;
 };
 
 /// The tooltip of a scene key: its help text and its range.

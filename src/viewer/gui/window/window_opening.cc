@@ -87,7 +87,7 @@ void MainWindow::show_mesh_message() {
   if (*mesh_scale_ != 1.0) text += tr(", scaled by %1").arg(*mesh_scale_);
   text +=
       tr(". It is of rubber (1 MPa), free and without gravity: to hold it, select vertices and "
-         "press F; Material and World have the rest. If its unit is not the metre, scale it.");
+         "press F; the tree of the scene has the rest. If its unit is not the metre, scale it.");
   messages_->show_message(MessageStrip::Kind::kNote, text, tr("Scale…"), [this] { ask_scale(); });
 }
 
@@ -141,6 +141,7 @@ void MainWindow::reload() {
 void MainWindow::show_replay(std::unique_ptr<Replay> replay,
                              std::shared_ptr<const BodyShape> shape) {
   edits_.reset();
+  scene_->set_simulation(nullptr);
   simulation_.reset();
   mesh_scale_.reset();
   replay_ = std::move(replay);
@@ -160,6 +161,7 @@ void MainWindow::show_document(Document document) {
 void MainWindow::show_simulation(std::unique_ptr<Simulation> simulation,
                                  std::shared_ptr<const BodyShape> shape) {
   edits_.reset();
+  scene_->set_simulation(nullptr);
   replay_.reset();
   simulation_ = std::move(simulation);
   edits_ = std::make_unique<VertexEdits>(*simulation_);
@@ -178,13 +180,20 @@ void MainWindow::show_simulation(std::unique_ptr<Simulation> simulation,
   begin_body(simulation_->mesh(), std::move(shape));
   chart_->set_probes(chart_probes(scene.probe));
   shown_body_ = simulation_->snapshot()->body;
+  scene_->set_simulation(simulation_.get());
   update_title();
   update_actions();
   poll();
   update_slow_parts();
 }
 
+// The mesh of the scene was changed.
+void MainWindow::show_other_mesh() {
+  begin_body(simulation_->mesh(), make_body_shape(simulation_->mesh()));
+}
+
 void MainWindow::begin_body(const TetMesh& mesh, std::shared_ptr<const BodyShape> shape) {
+  shown_mesh_ = &mesh;
   messages_->hide();
   after_new_body_ = {};
   stop_recording();  // may show a message
