@@ -135,6 +135,9 @@ std::shared_ptr<const Snapshot> Simulation::snapshot() const {
   shared->snapshot_taken = true;
   return shared->snapshot;
 }
+std::shared_ptr<const Snapshot> Simulation::peek() const {
+  return impl_->lock()->snapshot;
+}
 Settings Simulation::settings() const {
   return impl_->lock()->settings;
 }

@@ -133,8 +133,10 @@ class Simulation {
   /// Whether there is a recording, or the solver has still to start it.
   bool observed() const;
 
-  /// The newest snapshot. It is never null.
+  /// The newest snapshot. It is never null. The solver makes the next one only after this.
   std::shared_ptr<const Snapshot> snapshot() const;
+  /// The same for someone who only looks: the next snapshot waits for the one who draws.
+  std::shared_ptr<const Snapshot> peek() const;
   Settings settings() const;
   /// The rows of the history from index `from` on. Row 0 is the start.
   std::vector<HistoryRow> history(std::size_t from) const;

@@ -165,7 +165,7 @@ void MainWindow::restart() {
   if (replay_) replay_bar_->set_frame(0);
   if (!simulation_) return;
   std::shared_ptr<const Scene> recorded;
-  if (simulation_->edited_since(saved_edits_) && simulation_->snapshot()->step > 0) {
+  if (simulation_->edited_since(saved_edits_) && simulation_->peek()->step > 0) {
     recorded = std::make_shared<Scene>(simulation_->recorded_scene());
   }
   const QString run = std::exchange(run_folder_, {});

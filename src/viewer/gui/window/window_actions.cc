@@ -146,7 +146,7 @@ void MainWindow::make_simulation_menu() {
       [this] {
         if (replay_) replay_bar_->play(!replay_bar_->playing());
         if (!simulation_) return;
-        if (simulation_->snapshot()->running) {
+        if (simulation_->peek()->running) {
           simulation_->pause();
         } else {
           simulation_->run();

@@ -179,7 +179,7 @@ void MainWindow::show_simulation(std::unique_ptr<Simulation> simulation,
   simulation_->set_pauses(true, true);
   begin_body(simulation_->mesh(), std::move(shape));
   chart_->set_probes(chart_probes(scene.probe));
-  shown_body_ = simulation_->snapshot()->body;
+  shown_body_ = simulation_->peek()->body;
   update_title();
   update_actions();
   poll();

@@ -198,7 +198,7 @@ void MainWindow::connect_view() {
       select({vertex});
     }
     edits_->grab(selection_, vertex, exact);
-    if (!exact && !simulation_->snapshot()->running) {
+    if (!exact && !simulation_->peek()->running) {
       statusBar()->showMessage(tr("The spring pulls as soon as the simulation runs. With Alt the "
                                   "vertex itself is moved."),
                                8000);
