@@ -47,6 +47,8 @@ class EditHistory {
   /// The texts of the entries that undo() and redo() would process. Empty if there is none.
   std::string undo_text() const { return undo_.empty() ? "" : undo_.back().what; }
   std::string redo_text() const { return redo_.empty() ? "" : redo_.back().what; }
+  /// Forgets what redo() could make again.
+  void forget_undone() { redo_.clear(); }
   /// Must be called after each step.
   void stepped();
   /// Whether go_before_last() is possible, and the number of entries that undo() could undo.

@@ -52,7 +52,7 @@ Engine::Engine(const Scene& scene, const TetMesh& mesh, Recording& recording)
   session_->keep_good_states();
   check_events(scene, session_->system());
   report_new_warnings();
-  recording_.clear();
+  recording_.begin(scene);
   recording_.move_to(*session_);
 }
 
@@ -73,8 +73,11 @@ Settings Engine::settings() const {
   settings.time.step = session_->time_step();
   settings.loads = session_->loads();
   for (std::size_t i = 0; i < session_->fix_count(); ++i) {
-    settings.fixes.push_back(session_->fix(i).settings);
+    const PresentFix fix = session_->fix(i);
+    settings.fixes.push_back(fix.settings);
+    if (!fix.vertices.empty()) settings.holding.push_back(i);
   }
+  settings.constraints = session_->constraints();
   return settings;
 }
 

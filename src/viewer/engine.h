@@ -20,7 +20,7 @@ namespace tetraction::viewer {
 /// Runs a body from the start of its scene. Not thread-safe.
 class Engine {
  public:
-  /// Sets up the scene and clears `recording`. Throws InputError.
+  /// Sets up the scene and begins `recording` with it. Throws InputError.
   Engine(const Scene& scene, const TetMesh& mesh, Recording& recording);
 
   const Session& session() const { return *session_; }
@@ -56,6 +56,9 @@ class Engine {
   void go_before_last_edit();
   /// When the run ends: time.end of the scene or of its events so far, s.
   double end() const { return end_; }
+
+  /// EditHistory::forget_undone().
+  void forget_undone() { edits_->forget_undone(); }
 
   /// The notices and marks that are new since the last call.
   std::vector<Notice> take_notices() { return std::exchange(notices_, {}); }

@@ -59,7 +59,7 @@ TEST_F(Charts, AxesAreThereWithoutLines) {
 
 TEST_F(Charts, EditsAreMarkedOnTheTimeAxis) {
   show(first_scene());
-  raise("dock_world");
+  show_entry("damping");
   run_to(0.2);
   const auto marks = [this] {
     wait(300);
@@ -79,10 +79,10 @@ TEST_F(Charts, EditsAreMarkedOnTheTimeAxis) {
     return lines;
   };
   EXPECT_EQ(marks(), 0);
-  enter(find<NumberSlider>("mass_damping")->field(), "0.5");
+  enter("mass_damping", "0.5");
   run_to(state().time + 0.2);
   EXPECT_EQ(marks(), 1);
-  enter(find<NumberSlider>("viscosity")->field(), "70");
+  enter("viscosity", "70");
   run_to(state().time + 0.2);
   EXPECT_EQ(marks(), 2);
   keep_picture("chart_marks");

@@ -24,10 +24,9 @@
 #include "viewer/gui/chart/live_chart.h"
 #include "viewer/gui/panels/control_panel.h"
 #include "viewer/gui/panels/drawing_panel.h"
-#include "viewer/gui/panels/material_panel.h"
-#include "viewer/gui/panels/surroundings_panel.h"
 #include "viewer/gui/panels/vertex_panel.h"
 #include "viewer/gui/replay/replay_bar.h"
+#include "viewer/gui/scene/scene_panels.h"
 
 namespace tetraction::viewer {
 namespace {
@@ -44,8 +43,7 @@ MainWindow::MainWindow()
       messages_(new MessageStrip(view_->canvas())),
       replay_bar_(new ReplayBar(this)),
       control_(new ControlPanel(this)),
-      material_(new MaterialPanel(this)),
-      surroundings_(new SurroundingsPanel(this)),
+      scene_(new ScenePanels(this)),
       vertex_(new VertexPanel(this)),
       drawing_(new DrawingPanel(this)),
       chart_(new LiveChart(this)),
@@ -139,6 +137,8 @@ void MainWindow::poll() {
       history_rows_ = 0;
       messages_->clear();
       shown_pause_ = Pause::kNone;
+      if (&simulation_->mesh() != shown_mesh_) show_other_mesh();
+      chart_->set_probes(chart_probes(simulation_->scene().probe));
       if (const auto act = std::exchange(after_new_body_, {})) act();
     }
     if (snapshot->generation != shown_generation_) {
@@ -231,16 +231,14 @@ void MainWindow::update_slow_parts() {
   chart_->refresh();
 
   const Settings settings = simulation_->settings();
-  control_->show_settings(settings);
-  material_->show_settings(settings);
-  surroundings_->show_settings(settings);
+  if (const auto state = view_->state()) scene_->update(*state, selection_);
   const bool attraction = settings.environment.kind == EnvironmentKind::kAttraction;
   if (attraction != shown_attraction_) {
     shown_attraction_ = attraction;
     view_->set_attraction(attraction);
     view_->render();  // a paused simulation causes no other picture
   }
-  show_notices();
+  if (simulation_->body() == shown_body_) show_notices();  // a new run clears the messages
   update_actions();
 }
 
@@ -287,6 +285,7 @@ void MainWindow::closeEvent(QCloseEvent* event) {
   closed_within_step_ = simulation_ && !simulation_->end(kWaitForStep_s);
   if (!closed_within_step_) {
     edits_.reset();
+    scene_->set_simulation(nullptr);
     simulation_.reset();
   }
   QMainWindow::closeEvent(event);

@@ -25,10 +25,9 @@ class BodyView;
 class ControlPanel;
 class DrawingPanel;
 class LiveChart;
-class MaterialPanel;
 struct PictureQueue;
 class ReplayBar;
-class SurroundingsPanel;
+class ScenePanels;
 class VertexPanel;
 enum class Tool;
 
@@ -61,6 +60,7 @@ class MainWindow : public QMainWindow {
   const Replay* replay() const { return replay_.get(); }
   BodyView* body_view() { return view_; }
   LiveChart* chart() { return chart_; }
+  ScenePanels* scene_panels() { return scene_; }
   MessageStrip* messages() { return messages_; }
   const std::vector<Index>& selection() const { return selection_; }
   void select(std::vector<Index> vertices);
@@ -95,11 +95,11 @@ class MainWindow : public QMainWindow {
 
   // window_opening.cc
   void finish_opening();
-  void show_simulation(std::unique_ptr<Simulation> simulation,
-                       std::shared_ptr<const BodyShape> shape);
+  void show_simulation(Opened opened);
   void show_replay(std::unique_ptr<Replay> replay, std::shared_ptr<const BodyShape> shape);
   void begin_body(const TetMesh& mesh, std::shared_ptr<const BodyShape> shape);
   void show_mesh_message();
+  void show_other_mesh();
   void ask_scale();
   bool may_lose_edits();
   void begin_opening(const QString& path, std::optional<double> scale);
@@ -171,6 +171,7 @@ class MainWindow : public QMainWindow {
   // The data that were shown last.
   std::uint64_t shown_generation_ = 0;
   std::uint64_t shown_body_ = 0;
+  const TetMesh* shown_mesh_ = nullptr;
   std::size_t shown_history_ = 0;
   std::size_t history_rows_ = 0;
   bool failed_ = false;
@@ -192,8 +193,7 @@ class MainWindow : public QMainWindow {
   MessageStrip* messages_;
   ReplayBar* replay_bar_;
   ControlPanel* control_;
-  MaterialPanel* material_;
-  SurroundingsPanel* surroundings_;
+  ScenePanels* scene_;
   VertexPanel* vertex_;
   DrawingPanel* drawing_;
   LiveChart* chart_;

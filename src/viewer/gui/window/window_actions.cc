@@ -21,10 +21,9 @@
 #include "viewer/gui/body/body_view.h"
 #include "viewer/gui/panels/control_panel.h"
 #include "viewer/gui/panels/drawing_panel.h"
-#include "viewer/gui/panels/material_panel.h"
-#include "viewer/gui/panels/surroundings_panel.h"
 #include "viewer/gui/panels/vertex_panel.h"
 #include "viewer/gui/replay/replay_bar.h"
+#include "viewer/gui/scene/scene_panels.h"
 
 namespace tetraction::viewer {
 namespace {
@@ -264,8 +263,8 @@ void MainWindow::update_actions() {
   for (QAction* action : {run_, step_, restart_, reload_}) action->setEnabled(live || replay_);
   for (QStackedWidget* pages : live_pages_) pages->setCurrentIndex(replay_ ? 1 : 0);
   control_->setEnabled(live);
-  material_->setEnabled(live);
-  surroundings_->setEnabled(live);
+  scene_->tree()->setEnabled(live);
+  scene_->inspector()->setEnabled(live);
   vertex_->set_editable(live);
 }
 

@@ -133,6 +133,7 @@ void MainWindow::show_notices() {
       edit_warnings_.push_back(cause);
     }
     messages_->show_message(notice.kind == Notice::Kind::kRefused ? MessageStrip::Kind::kError
+                            : notice.kind == Notice::Kind::kNote  ? MessageStrip::Kind::kNote
                                                                   : MessageStrip::Kind::kWarning,
                             text(notice.text), cause);
   }

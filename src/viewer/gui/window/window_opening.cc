@@ -17,6 +17,7 @@
 #include "viewer/gui/panels/drawing_panel.h"
 #include "viewer/gui/panels/vertex_panel.h"
 #include "viewer/gui/replay/replay_bar.h"
+#include "viewer/gui/scene/scene_panels.h"
 
 namespace tetraction::viewer {
 namespace {
@@ -67,7 +68,7 @@ void MainWindow::finish_opening() {
     if (opened.replay) {
       show_replay(std::move(opened.replay), std::move(opened.shape));
     } else {
-      show_simulation(std::move(opened.simulation), std::move(opened.shape));
+      show_simulation(std::move(opened));
     }
     path_ = path;
     mesh_scale_ = mesh_scale;
@@ -87,7 +88,7 @@ void MainWindow::show_mesh_message() {
   if (*mesh_scale_ != 1.0) text += tr(", scaled by %1").arg(*mesh_scale_);
   text +=
       tr(". It is of rubber (1 MPa), free and without gravity: to hold it, select vertices and "
-         "press F; Material and World have the rest. If its unit is not the metre, scale it.");
+         "press F; the tree of the scene has the rest. If its unit is not the metre, scale it.");
   messages_->show_message(MessageStrip::Kind::kNote, text, QStringLiteral("mesh"),
                           {{tr("Scale…"), [this] { ask_scale(); }}});
 }
@@ -142,6 +143,7 @@ void MainWindow::reload() {
 void MainWindow::show_replay(std::unique_ptr<Replay> replay,
                              std::shared_ptr<const BodyShape> shape) {
   edits_.reset();
+  scene_->set_simulation(nullptr);
   simulation_.reset();
   mesh_scale_.reset();
   replay_ = std::move(replay);
@@ -154,15 +156,14 @@ void MainWindow::show_replay(std::unique_ptr<Replay> replay,
 }
 
 void MainWindow::show_document(Document document) {
-  Opened opened = set_up(std::move(document));
-  show_simulation(std::move(opened.simulation), std::move(opened.shape));
+  show_simulation(set_up(std::move(document)));
 }
 
-void MainWindow::show_simulation(std::unique_ptr<Simulation> simulation,
-                                 std::shared_ptr<const BodyShape> shape) {
+void MainWindow::show_simulation(Opened opened) {
   edits_.reset();
+  scene_->set_simulation(nullptr);
   replay_.reset();
-  simulation_ = std::move(simulation);
+  simulation_ = std::move(opened.simulation);
   edits_ = std::make_unique<VertexEdits>(*simulation_);
   saved_edits_ = 0;
   path_.clear();
@@ -177,16 +178,23 @@ void MainWindow::show_simulation(std::unique_ptr<Simulation> simulation,
   simulation_->set_steps_per_snapshot(control_->steps_between_pictures());
   simulation_->set_speed_limit(control_->speed_limit());
   simulation_->set_pauses(true, true);
-  begin_body(simulation_->mesh(), std::move(shape));
+  begin_body(simulation_->mesh(), std::move(opened.shape));
   chart_->set_probes(chart_probes(scene.probe));
   shown_body_ = simulation_->snapshot()->body;
+  scene_->set_simulation(simulation_.get(), std::move(opened.off));
   update_title();
   update_actions();
   poll();
   update_slow_parts();
 }
 
+// The mesh of the scene was changed.
+void MainWindow::show_other_mesh() {
+  begin_body(simulation_->mesh(), make_body_shape(simulation_->mesh()));
+}
+
 void MainWindow::begin_body(const TetMesh& mesh, std::shared_ptr<const BodyShape> shape) {
+  shown_mesh_ = &mesh;
   messages_->clear();
   shown_pause_ = Pause::kNone;
   edit_warnings_.clear();

@@ -62,7 +62,7 @@ bool MainWindow::save_scene(const QString& path) {
 
 bool MainWindow::write(const Scene& scene, const QString& path) {
   try {
-    write_scene(scene, path.toLocal8Bit().toStdString());
+    write_scene(scene, scene_->off(), path.toLocal8Bit().toStdString());
     statusBar()->showMessage(tr("%1 is written: replay it with tetraction run.").arg(path), 8000);
     return true;
   } catch (const Error& error) {
