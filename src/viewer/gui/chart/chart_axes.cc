@@ -31,6 +31,8 @@ void LiveChart::scale() {
       }
     }
     if (!(low <= high)) low = high = 0.0;
+    constexpr double kDecades = 12.0;
+    if (logarithmic_) low = std::max(low, high - kDecades);
     double room = 0.06 * (high - low);
     // The range is not smaller than round-off.
     const double size = std::max(std::abs(low), std::abs(high));
@@ -91,7 +93,10 @@ void LiveChart::set_ticks() {
     vtkNew<vtkStringArray> labels;
     for (const double tick : axis_ticks(low, high, wanted)) {
       places->InsertNextValue(tick);
-      labels->InsertNextValue(QString::number(tick, 'g', 4).toStdString());
+      const bool is_power = logarithmic_ && side == vtkAxis::LEFT;
+      labels->InsertNextValue(
+          QString::number(is_power ? std::pow(10.0, tick) : tick, 'g', is_power ? 2 : 4)
+              .toStdString());
     }
     axis->SetCustomTickPositions(places, labels);
   }

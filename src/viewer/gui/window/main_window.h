@@ -22,12 +22,11 @@ class QStackedWidget;
 namespace tetraction::viewer {
 
 class BodyView;
-class ControlPanel;
 class DrawingPanel;
 class LiveChart;
 struct PictureQueue;
-class ReplayBar;
 class ScenePanels;
+class TransportBar;
 class VertexPanel;
 enum class Tool;
 
@@ -61,6 +60,7 @@ class MainWindow : public QMainWindow {
   BodyView* body_view() { return view_; }
   LiveChart* chart() { return chart_; }
   ScenePanels* scene_panels() { return scene_; }
+  TransportBar* transport() { return transport_; }
   MessageStrip* messages() { return messages_; }
   const std::vector<Index>& selection() const { return selection_; }
   void select(std::vector<Index> vertices);
@@ -92,6 +92,11 @@ class MainWindow : public QMainWindow {
   void make_docks();
   void connect_panels();
   void connect_view();
+
+  // window_transport.cc
+  void connect_transport();
+  void update_transport();
+  void show_running(bool running);
 
   // window_opening.cc
   void finish_opening();
@@ -191,8 +196,7 @@ class MainWindow : public QMainWindow {
 
   BodyView* view_;
   MessageStrip* messages_;
-  ReplayBar* replay_bar_;
-  ControlPanel* control_;
+  TransportBar* transport_;
   ScenePanels* scene_;
   VertexPanel* vertex_;
   DrawingPanel* drawing_;
@@ -201,8 +205,8 @@ class MainWindow : public QMainWindow {
   std::vector<QStackedWidget*> live_pages_;  // panels of a simulation, and a text for a replay
 
   QMenu *view_menu_, *recent_;
-  QAction *undo_, *redo_, *fix_, *unfix_, *run_, *step_, *restart_, *reload_, *go_back_, *scale_,
-      *save_scene_, *record_pictures_, *record_run_;
+  QAction *undo_, *redo_, *fix_, *unfix_, *run_, *step_, *restart_, *reload_, *go_back_, *back_,
+      *continue_, *scale_, *save_scene_, *record_pictures_, *record_run_;
   std::vector<QAction*> live_only_;  // actions that need a simulation
 };
 

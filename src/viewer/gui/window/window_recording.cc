@@ -16,7 +16,7 @@
 #include "tetraction/io/run_recorder.h"
 #include "tetraction/io/scene_writer.h"
 #include "viewer/gui/body/body_view.h"
-#include "viewer/gui/panels/control_panel.h"
+#include "viewer/gui/transport/transport_bar.h"
 
 namespace tetraction::viewer {
 namespace {
@@ -150,7 +150,7 @@ void MainWindow::record_pictures(const QString& folder) {
     if (simulation_) {
       // Twenty-five pictures for a second of the film, at the speed that is set.
       constexpr double kRate = 25.0;
-      const double speed = control_->speed_limit() > 0.0 ? control_->speed_limit() : 1.0;
+      const double speed = transport_->speed() > 0.0 ? transport_->speed() : 1.0;
       picture_interval_ = std::max(speed / kRate, simulation_->settings().time.step);
       simulation_->set_picture_interval(picture_interval_);
     }
