@@ -46,7 +46,6 @@ void LiveChart::scale() {
   top_ = y->GetMaximum();
 
   // The marks are one line with gaps: NaN separates the vertical parts.
-  vtkNew<vtkStringArray> texts;
   vtkDoubleArray* time = column(mark_table_, 0);
   vtkDoubleArray* line = column(mark_table_, 1);
   time->SetNumberOfTuples(0);
@@ -58,10 +57,8 @@ void LiveChart::scale() {
     for (const double place : {bottom_, top_, kNaN}) {
       time->InsertNextValue(mark.time);
       line->InsertNextValue(place);
-      texts->InsertNextValue(mark.what);
     }
   }
-  marks_plot_->SetIndexedLabels(texts);
   marks_plot_->SetVisible(!marks_.empty());
   vtkDoubleArray* cursor_time = column(cursor_table_, 0);
   vtkDoubleArray* cursor_line = column(cursor_table_, 1);

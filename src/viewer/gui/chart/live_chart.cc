@@ -265,7 +265,6 @@ void LiveChart::rebuild() {
   };
   marks_plot_ = add_line(mark_table_, 1, 150, 150, 160, 1.0F);
   marks_plot_->GetPen()->SetLineType(vtkPen::DASH_LINE);
-  marks_plot_->SetTooltipLabelFormat("%i");
   cursor_plot_ = add_line(cursor_table_, 1, 90, 90, 90, 1.0F);
   for (std::size_t s = 0; s < kind.series.size(); ++s) {
     const ChartSeries& series = kind.series[s];

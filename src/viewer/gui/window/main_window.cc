@@ -271,7 +271,7 @@ bool MainWindow::eventFilter(QObject* watched, QEvent* event) {
 void MainWindow::closeEvent(QCloseEvent* event) {
   // A field with the focus enters its number now, so that the number counts as an edit.
   if (QWidget* field = focusWidget()) field->clearFocus();
-  if (!may_lose_edits()) {
+  if (asks_ && !may_lose_edits()) {
     event->ignore();
     return;
   }
@@ -288,6 +288,11 @@ void MainWindow::closeEvent(QCloseEvent* event) {
     simulation_.reset();
   }
   QMainWindow::closeEvent(event);
+}
+
+void MainWindow::close_without_question() {
+  asks_ = false;
+  close();
 }
 
 void MainWindow::dragEnterEvent(QDragEnterEvent* event) {

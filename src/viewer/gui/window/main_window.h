@@ -50,6 +50,8 @@ class MainWindow : public QMainWindow {
   /// Shows a document. Throws InputError.
   void show_document(Document document);
 
+  /// Closes the window; edits that are not saved are lost.
+  void close_without_question();
   /// Whether the window was closed in a step that could not be given up soon. The recording is complete
   /// then. The program should end without the destructor, which waits for the solver.
   bool closed_within_step() const { return closed_within_step_; }
@@ -68,11 +70,14 @@ class MainWindow : public QMainWindow {
   /// false.
   bool save_scene(const QString& path);
   /// Starts to save every picture as a PNG file. The folder is made if it does not exist. It must not
-  /// contain pictures of an earlier recording.
-  void record_pictures(const QString& folder);
+  /// contain pictures of an earlier recording. If `path` ends with .webm or .mp4, ffmpeg makes a film of the
+  /// pictures. An empty size is that of the view.
+  void record_pictures(const QString& path, const QSize& size = {});
   /// Starts to write all files that `tetraction run` would write, with a frame every `frame_every`
   /// steps.
   void record_run(const QString& folder, int frame_every);
+  /// Records the next simulation in this folder, with a frame after each output.every steps of its scene.
+  void record_from_start(const QString& folder) { record_from_start_ = folder; }
   /// Ends either recording.
   void stop_recording();
   /// Shows the latest state of the simulation. The timer calls it.
@@ -153,6 +158,7 @@ class MainWindow : public QMainWindow {
   bool write(const Scene& scene, const QString& path);
   void ask_save_screenshot();
   void ask_record_pictures(bool on);
+  void ask_record_film();
   void ask_record_run(bool on);
   void stop_pictures();
   void check_pictures();
@@ -187,12 +193,14 @@ class MainWindow : public QMainWindow {
   QElapsedTimer since_slow_, since_picture_;
   std::uint64_t pictures_before_ = 0;
   int states_shown_ = 0;    // since the last update of the rate
-  QString picture_folder_;  // empty if pictures are not recorded
+  QString picture_folder_;  // or the file of a film; empty if pictures are not recorded
   std::size_t pictures_recorded_ = 0;
   double picture_interval_ = 0.0;  // of a recording, simulated s
   double next_picture_ = -1.0;     // number of the interval of the last one
   std::shared_ptr<PictureQueue> picture_queue_;
   QString run_folder_;  // empty if the run is not recorded
+  QString record_from_start_;
+  bool asks_ = true;  // before edits are lost
 
   BodyView* view_;
   MessageStrip* messages_;
@@ -206,7 +214,7 @@ class MainWindow : public QMainWindow {
 
   QMenu *view_menu_, *recent_;
   QAction *undo_, *redo_, *fix_, *unfix_, *run_, *step_, *restart_, *reload_, *go_back_, *back_,
-      *continue_, *scale_, *save_scene_, *record_pictures_, *record_run_;
+      *continue_, *scale_, *save_scene_, *record_pictures_, *record_film_, *record_run_;
   std::vector<QAction*> live_only_;  // actions that need a simulation
 };
 

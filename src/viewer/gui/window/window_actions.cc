@@ -82,6 +82,9 @@ void MainWindow::make_file_menu() {
   record_pictures_ = file->addAction(tr("Record &pictures (PNG)…"));
   record_pictures_->setCheckable(true);
   connect(record_pictures_, &QAction::toggled, this, &MainWindow::ask_record_pictures);
+  record_film_ =
+      file->addAction(tr("Record fi&lm (WebM, MP4)…"), this, &MainWindow::ask_record_film);
+  record_film_->setStatusTip(tr("Needs the program ffmpeg. The entry for pictures ends it"));
   record_run_ = file->addAction(tr("Record &run (VTU, PVD, CSV)…"));
   record_run_->setCheckable(true);
   live_only_.push_back(record_run_);

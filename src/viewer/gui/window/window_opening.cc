@@ -179,6 +179,9 @@ void MainWindow::show_simulation(Opened opened) {
   chart_->set_probes(chart_probes(scene.probe));
   shown_body_ = simulation_->snapshot()->body;
   scene_->set_simulation(simulation_.get(), std::move(opened.off));
+  if (!record_from_start_.isEmpty()) {
+    record_run(std::exchange(record_from_start_, {}), static_cast<int>(scene.output.every));
+  }
   update_title();
   update_actions();
   poll();
