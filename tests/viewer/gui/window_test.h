@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <QAbstractButton>
 #include <QAction>
 #include <QApplication>
 #include <QDir>
@@ -193,7 +194,7 @@ class WindowTest : public testing::Test {
   }
   /// A button, and waits for what it does.
   void push(const char* name) {
-    QTest::mouseClick(find<QPushButton>(name), Qt::LeftButton);
+    QTest::mouseClick(find<QAbstractButton>(name), Qt::LeftButton);
     settle();
   }
   void make_edit(const Edit& edit, const std::string& description) {
