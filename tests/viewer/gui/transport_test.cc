@@ -1,10 +1,12 @@
 // The bar below the picture, the slider over the time, and the charts above it.
 #include <QAbstractButton>
 #include <QCheckBox>
+#include <QElapsedTimer>
 #include <QFile>
 #include <QTemporaryDir>
 #include <QToolTip>
 #include <cmath>
+#include <cstdio>
 
 #include "pictures.h"
 #include "viewer/gui/transport/transport_bar.h"
@@ -122,6 +124,33 @@ TEST_F(Transport, TheEnergyErrorHasAChartWithALogarithmicScaleAndValuesUnderTheM
   QTest::mouseMove(chart, QPoint(chart->width() / 2, chart->height() / 2));
   EXPECT_TRUE(
       wait_for([] { return QToolTip::text().contains(QStringLiteral("Energy error: ")); }, 3000));
+}
+
+// The window draws kept states of 20,000 tetrahedra one after another while the slider moves.
+TEST_F(Transport, ScrubbingTwentyThousandTetrahedra) {
+  Document document = quiet_beam();
+  document.scene.mesh.generate =
+      GeneratorSettings{GeneratorKind::kBox, {1.0, 1.0, 1.0}, {15, 15, 15}};
+  document.scene.time.integrator = Integrator::kVerlet;
+  document.scene.time.step = 1e-4;
+  document.scene.environment.kind = EnvironmentKind::kGravity;
+  document.mesh = mesh_of(document.scene);
+  show(std::move(document));
+  run_to(0.01);
+  QElapsedTimer time;
+  time.start();
+  constexpr int kShown = 40;
+  std::uint64_t last = shown().generation;
+  for (int i = 0; i < kShown; ++i) {
+    window_->transport()->go_to(1e-4 * ((37 * i) % 97));
+    while (shown().generation == last && time.elapsed() < 60000) wait(1);
+    last = shown().generation;
+    ASSERT_TRUE(shown().earlier);
+  }
+  const double rate = 1000.0 * kShown / static_cast<double>(time.elapsed());
+  RecordProperty("drawn_per_second", static_cast<int>(rate));
+  std::printf("%.0f kept states drawn a second\n", rate);
+  EXPECT_GT(rate, 5.0);
 }
 
 // A stand-in for ffmpeg that counts the bytes of the pictures.
