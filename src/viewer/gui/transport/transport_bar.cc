@@ -15,7 +15,7 @@
 namespace tetraction::viewer {
 namespace {
 
-constexpr int kMargin = 8;
+constexpr int kGap = 8;
 constexpr int kTick_ms = 20;              // of a replay
 constexpr double kUsualDuration_s = 5.0;  // of a replay at the speed that is chosen for it
 
@@ -34,13 +34,13 @@ TransportBar::TransportBar(QWidget* parent)
       timer_(new QTimer(this)) {
   setObjectName(QStringLiteral("transport"));
   auto* column = new QVBoxLayout(this);
-  column->setContentsMargins(0, kMargin / 2, 0, kMargin / 2);
-  column->setSpacing(kMargin / 2);
+  column->setContentsMargins(0, kGap / 2, 0, kGap / 2);
+  column->setSpacing(kGap / 2);
   slider_row_->addWidget(timeline_);
   column->addLayout(slider_row_);
   auto* row = new QHBoxLayout;
-  row->setContentsMargins(kMargin, 0, kMargin, 0);
-  row->setSpacing(kMargin);
+  row->setContentsMargins(kGap, 0, kGap, 0);
+  row->setSpacing(kGap);
   buttons_->setSpacing(2);
   row->addLayout(buttons_);
   row->addWidget(time_);
@@ -141,8 +141,8 @@ void TransportBar::choose_speed(double duration) {
 void TransportBar::follow_axis(int left, int right, double first, double last) {
   const int margin = timeline_->margin();
   const bool follows = last > first && right > left;
-  slider_row_->setContentsMargins(follows ? std::max(left - margin, 0) : kMargin, 0,
-                                  follows ? std::max(width() - right - margin, 0) : kMargin, 0);
+  slider_row_->setContentsMargins(follows ? std::max(left - margin, 0) : kGap, 0,
+                                  follows ? std::max(width() - right - margin, 0) : kGap, 0);
   if (follows) {
     timeline_->set_span(first, last);
   } else if (!stops_.empty()) {
