@@ -23,6 +23,7 @@ void SolverThread::Run::give_up() {
   made = engine->edits().edits_in_effect();
   engine.reset();
   history = HistoryLog();
+  kept = KeptStates();
   marks.clear();
 }
 
