@@ -95,11 +95,18 @@ void Timeline::paintEvent(QPaintEvent* event) {
 }
 
 void Timeline::mousePressEvent(QMouseEvent* event) {
-  if (event->button() == Qt::LeftButton) {
-    setValue(QStyle::sliderValueFromPosition(0, kValues, event->pos().x() - margin(),
-                                             width() - 2 * margin()));
-  }
-  QSlider::mousePressEvent(event);  // the handle is under the mouse now
+  setSliderDown(event->button() == Qt::LeftButton);
+  mouseMoveEvent(event);
+}
+
+void Timeline::mouseMoveEvent(QMouseEvent* event) {
+  if (!isSliderDown()) return;
+  setValue(QStyle::sliderValueFromPosition(0, kValues, event->pos().x() - margin(),
+                                           width() - 2 * margin()));
+}
+
+void Timeline::mouseReleaseEvent(QMouseEvent* /*event*/) {
+  setSliderDown(false);
 }
 
 void Timeline::keyPressEvent(QKeyEvent* event) {

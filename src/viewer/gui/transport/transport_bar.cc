@@ -85,6 +85,7 @@ TransportBar::TransportBar(QWidget* parent)
   connect(steps_, QOverload<int>::of(&QSpinBox::valueChanged), this, &TransportBar::steps_changed);
   connect(timer_, &QTimer::timeout, this, &TransportBar::play_on);
   connect(timeline_, &Timeline::time_wanted, this, &TransportBar::go_to);
+  connect(timeline_, &QSlider::sliderReleased, this, [this] { timeline_->show_time(shown_); });
   connect(timeline_, &Timeline::stop_wanted, this, &TransportBar::go);
   begin_simulation();
 }
