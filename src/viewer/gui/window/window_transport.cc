@@ -1,6 +1,5 @@
 // The transport bar and the charts below it, which share the time.
 #include <QAction>
-#include <QPainter>
 #include <QStyle>
 #include <limits>
 
@@ -10,26 +9,11 @@
 #include "viewer/gui/transport/transport_bar.h"
 
 namespace tetraction::viewer {
-namespace {
-
-QIcon record_icon() {
-  QPixmap picture(16, 16);
-  picture.fill(Qt::transparent);
-  QPainter painter(&picture);
-  painter.setRenderHint(QPainter::Antialiasing);
-  painter.setPen(Qt::NoPen);
-  painter.setBrush(QColor(190, 30, 30));
-  painter.drawEllipse(2, 2, 12, 12);
-  return picture;
-}
-
-}  // namespace
-
 void MainWindow::connect_transport() {
   restart_->setIcon(style()->standardIcon(QStyle::SP_MediaSkipBackward));
   back_->setIcon(style()->standardIcon(QStyle::SP_MediaSeekBackward));
   step_->setIcon(style()->standardIcon(QStyle::SP_MediaSkipForward));
-  record_run_->setIcon(record_icon());
+  record_run_->setIconText(QStringLiteral("●"));
   show_running(false);
   transport_->add_buttons({{"restart", restart_},
                            {"back", back_},
