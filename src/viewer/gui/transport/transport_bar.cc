@@ -42,9 +42,9 @@ TransportBar::TransportBar(QWidget* parent)
   row->setContentsMargins(kGap, 0, kGap, 0);
   row->setSpacing(kGap);
   buttons_->setSpacing(2);
-  row->addLayout(buttons_);
   row->addWidget(time_);
   row->addWidget(details_);
+  row->addLayout(buttons_);
   row->addStretch(1);
   row->addWidget(loop_);
   row->addWidget(steps_);

@@ -9,6 +9,7 @@
 #include "viewer/gui/transport/transport_bar.h"
 
 namespace tetraction::viewer {
+
 void MainWindow::connect_transport() {
   restart_->setIcon(style()->standardIcon(QStyle::SP_MediaSkipBackward));
   back_->setIcon(style()->standardIcon(QStyle::SP_MediaSeekBackward));
