@@ -36,13 +36,13 @@ class ViewTest(BeamTest):
     def rows(self, *names):
         return len(self.read(*names).splitlines()) - 1 if self.exists(*names) else 0
 
-    def check_run(self, *out):
+    def check_run(self, out):
         """Every step from the first one on has its row, and the frames are those of the summary."""
-        history = self.history(*out)
+        history = self.history(out, "history.csv")
         self.assertEqual([row["step"] for row in history], list(range(len(history))))
         self.assertEqual(history[0]["time"], 0.0)
-        self.assertTrue(self.exists(*out, "final.vtu"))
-        self.assertEqual(self.summary(*out)["steps"], len(history) - 1)
+        self.assertTrue(self.exists(out, "final.vtu"))
+        self.assertEqual(self.summary(out)["steps"], len(history) - 1)
         return history
 
     def test_a_running_window_is_recorded_from_its_first_step_until_a_signal(self):
@@ -59,11 +59,12 @@ class ViewTest(BeamTest):
         window = self.view("beam.toml --record out")
         self.wait_for_file(window, "out", "frames.pvd")
         self.end(window, signal.SIGTERM)
-        self.assertEqual(len(self.check_run("out")), 1)
-        # The same numbers as those of tetraction run.
+        recorded = self.check_run("out")
+        self.assertEqual(len(recorded), 1)
+        # The same numbers as those of tetraction run, which has fewer columns without time.retry.
         self.run_program("run beam.toml --out run --quiet")
-        self.assertEqual(self.read("out", "history.csv").splitlines()[:2],
-                         self.read("run", "history.csv").splitlines()[:2])  # fmt: skip
+        first = self.history("run", "history.csv")[0]
+        self.assertEqual({name: recorded[0][name] for name in first}, first)
 
     def test_a_folder_with_a_run_or_a_finished_run_is_refused(self):
         self.run_program("run beam.toml --out out --quiet")
