@@ -34,7 +34,18 @@ class SettingsCollector {
 
   // One function for each kind of edit, which stores the resulting settings.
   void operator()(const SetMaterial& edit) { set({Edit(edit).index(), edit.region}, edit); }
-  void operator()(const SetPull&) const {}  // the mouse does not hold anything any more
+  // A drag brings the scene's own spring back.
+  void operator()(const SetPull& edit) {
+    const PullSettings& own = start_.settings().pull;
+    const PullSettings& now = edit.settings;
+    const Key key{Edit(edit).index(), 0};
+    if (own.vertices == now.vertices && own.target == now.target &&
+        own.stiffness == now.stiffness && own.damping == now.damping) {
+      settings_.erase(key);
+    } else {
+      set(key, edit);
+    }
+  }
   template <class Section>
   void operator()(const SetSection<Section>& edit) {
     set({Edit(edit).index(), 0}, edit);

@@ -26,8 +26,8 @@ struct ApplyToSections {
 
 }  // namespace
 
-Recording::Recording(Scene scene)
-    : start_(std::move(scene)), data_{.entries = {}, .numbering = Numbering(start_)} {}
+Recording::Recording(const Scene& scene)
+    : data_{.start = scene, .entries = {}, .numbering = Numbering(scene)} {}
 
 Recording::Data Recording::data() const {
   const std::lock_guard lock(mutex_);
@@ -39,14 +39,21 @@ void Recording::restore(Data data) {
   data_ = std::move(data);
 }
 
-void Recording::clear() {
+void Recording::begin(const Scene& scene) {
   const std::lock_guard lock(mutex_);
-  data_ = {.entries = {}, .numbering = Numbering(start_)};
+  data_ = {.start = scene, .entries = {}, .numbering = Numbering(scene)};
 }
 
-void Recording::add(const Session& session, const Edit& edit, const std::string& note) {
+std::size_t Recording::entry_count() const {
   const std::lock_guard lock(mutex_);
-  data_.entries.push_back({session.step_number(), session.time(), session.time_step(), edit, note});
+  return data_.entries.size();
+}
+
+void Recording::add(const Session& session, const Edit& edit, const std::string& note,
+                    bool by_user) {
+  const std::lock_guard lock(mutex_);
+  data_.entries.push_back(
+      {session.step_number(), session.time(), session.time_step(), edit, note, by_user});
   data_.counts = counts_of(session);
 }
 
@@ -66,7 +73,7 @@ void Recording::set_events_made(std::size_t count, const Numbering& numbering) {
 
 Scene Recording::scene() const {
   const std::lock_guard lock(mutex_);
-  Scene scene = start_;
+  Scene scene = data_.start;
   // A scene file must have an end.
   if (std::isinf(scene.time.end)) scene.time.end = TimeSettings{}.end;
   scene.event.clear();
@@ -112,9 +119,9 @@ void Recording::set_ends(Scene& scene) const {
 // The settings of the sections after all edits so far.
 Settings Recording::present_settings() const {
   Settings present;
-  static_cast<ChangeableSections&>(present) = start_;
-  present.materials.push_back(start_.material);
-  for (const MaterialRegionSettings& region : start_.material_region) {
+  static_cast<ChangeableSections&>(present) = data_.start;
+  present.materials.push_back(data_.start.material);
+  for (const MaterialRegionSettings& region : data_.start.material_region) {
     present.materials.push_back(region.material);
   }
   for (const Entry& entry : data_.entries) std::visit(ApplyToSections{present}, entry.edit);
@@ -125,14 +132,14 @@ void Recording::add_events_to_come(Scene& scene) const {
   Numbering numbering = data_.numbering;
   ForEachList<std::size_t> counts = data_.counts;
   Settings present = present_settings();
-  for (std::size_t i = data_.events_made; i < start_.event.size(); ++i) {
-    EventSettings event = start_.event[i];
+  for (std::size_t i = data_.events_made; i < data_.start.event.size(); ++i) {
+    EventSettings event = data_.start.event[i];
     event.at = std::max(event.at, scene.event.empty() ? event.at : scene.event.back().at);
     event.edits.clear();
-    for (const Edit& edit : start_.event[i].edits) {
+    for (const Edit& edit : data_.start.event[i].edits) {
       std::optional<Edit> translated = numbering.translated(edit);
       if (translated && !data_.entries.empty()) {
-        translated = with_present_settings(*translated, start_.event[i], present);
+        translated = with_present_settings(*translated, data_.start.event[i], present);
       }
       numbering.record_edit(edit, counts, false);
       const std::optional<EditedEntry> entry = edited_entry(edit);

@@ -21,27 +21,30 @@ class Recording {
     double time_step = 0.0;  ///< time step after the edit, s
     Edit edit;
     std::string note;
+    bool by_user = true;  ///< not by an event of the scene
   };
   /// Everything that it has stored.
   struct Data {
+    Scene start;
     std::vector<Entry> entries;
     Index step = 0;
     double time = 0.0;
     double first_time_step = 0.0;
     ForEachList<std::size_t> counts{};
     std::size_t events_made = 0;
-    Numbering numbering;
+    Numbering numbering{Scene()};
   };
 
-  explicit Recording(Scene scene);
+  explicit Recording(const Scene& scene);
 
   Data data() const;
+  std::size_t entry_count() const;
   void restore(Data data);
 
-  /// Removes everything.
-  void clear();
+  /// Begins again with a scene.
+  void begin(const Scene& scene);
   /// Adds an edit that the session has just made.
-  void add(const Session& session, const Edit& edit, const std::string& note);
+  void add(const Session& session, const Edit& edit, const std::string& note, bool by_user);
   /// Must be called when the session has made a step or gone back.
   void move_to(const Session& session);
   /// Must be called when the scene's first `count` events have been made. `numbering` translates the
@@ -57,7 +60,6 @@ class Recording {
   void add_events_to_come(Scene& scene) const;
   Settings present_settings() const;
 
-  const Scene start_;
   mutable std::mutex mutex_;
   Data data_;
 };

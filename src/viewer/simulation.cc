@@ -23,10 +23,10 @@ bool Simulation::end(double seconds) {
 }
 
 const TetMesh& Simulation::mesh() const {
-  return impl_->mesh();
+  return *impl_->lock()->mesh;
 }
 const Scene& Simulation::scene() const {
-  return impl_->scene();
+  return *impl_->lock()->scene;
 }
 
 void Simulation::run() {
@@ -50,6 +50,15 @@ void Simulation::go_back() {
 
 void Simulation::go_before_last_edit() {
   impl_->send(Action{&SolverThread::go_before_last_edit, true});
+}
+void Simulation::show_at(double time) {
+  impl_->send(ShowKept{time});
+}
+void Simulation::continue_here() {
+  impl_->send(Action{[](SolverThread& solver) { solver.continue_shown(); }, true});
+}
+std::vector<double> Simulation::kept_times() const {
+  return impl_->lock()->kept.times();
 }
 void Simulation::set_pauses(bool at_end, bool at_energy_error) {
   const auto shared = impl_->lock();
@@ -79,10 +88,19 @@ void Simulation::set_color_field(ColorField field) {
 void Simulation::edit(Edit edit, std::string what, bool continues_previous) {
   impl_->send(MakeEdit{std::move(edit), std::move(what), continues_previous});
 }
+void Simulation::set_up(Scene scene, std::string what) {
+  ++impl_->lock()->set_ups_to_come;
+  impl_->send(Action{[scene = std::move(scene), what = std::move(what)](SolverThread& solver) {
+                       solver.set_up(scene, what);
+                     },
+                     true});
+}
+std::optional<std::string> Simulation::take_refusal() {
+  return std::exchange(impl_->lock()->refusal, {});
+}
 void Simulation::grab(std::vector<Index> vertices) {
   impl_->send(Action{
-      [vertices = std::move(vertices)](SolverThread& solver) { solver.engine().grab(vertices); },
-      true});
+      [vertices = std::move(vertices)](SolverThread& solver) { solver.grab(vertices); }, true});
 }
 void Simulation::pull(std::vector<Index> vertices, double radius) {
   impl_->send(Action{[vertices = std::move(vertices), radius](SolverThread& solver) {
@@ -101,10 +119,10 @@ void Simulation::release() {
   impl_->send(Action{[](SolverThread& solver) { solver.engine().release(); }});
 }
 void Simulation::undo() {
-  impl_->send(Action{[](SolverThread& solver) { solver.undo(); }, true});
+  impl_->send(Action{&SolverThread::undo, true});
 }
 void Simulation::redo() {
-  impl_->send(Action{[](SolverThread& solver) { solver.redo(); }, true});
+  impl_->send(Action{&SolverThread::redo, true});
 }
 
 void Simulation::observe(std::unique_ptr<Observer> observer) {
@@ -140,6 +158,19 @@ std::shared_ptr<const Snapshot> Simulation::peek() const {
 }
 Settings Simulation::settings() const {
   return impl_->lock()->settings;
+}
+Present Simulation::present() const {
+  const auto shared = impl_->lock();
+  return {shared->settings_number, shared->settings, shared->scene, shared->edited_scene};
+}
+std::size_t Simulation::settings_number() const {
+  return impl_->lock()->settings_number;
+}
+std::uint64_t Simulation::body() const {
+  return impl_->lock()->snapshot->body;
+}
+bool Simulation::is_setting_up() const {
+  return impl_->lock()->set_ups_to_come > 0;
 }
 
 std::vector<HistoryRow> Simulation::history(std::size_t from) const {

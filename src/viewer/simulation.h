@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "scene/edited_scene.h"
 #include "snapshot.h"
 #include "tetraction/mesh/tet_mesh.h"
 #include "tetraction/simulation/scene.h"
@@ -27,6 +28,9 @@ struct Settings : ChangeableSections {
   std::vector<std::string> region_names;
   LoadLists loads;
   std::vector<FixSettings> fixes;  ///< with those that have been released
+  /// The numbers of the fixes that still hold vertices.
+  std::vector<std::size_t> holding;
+  std::vector<std::optional<ConstraintSettings>> constraints;  ///< null: removed
 };
 
 /// An index that stands for the fix, force or constraint that edit() added last.
@@ -34,11 +38,19 @@ inline constexpr std::size_t kNewest = std::numeric_limits<std::size_t>::max();
 
 /// A message for the user.
 struct Notice {
-  enum class Kind { kRefused, kWarning } kind = Kind::kWarning;
+  enum class Kind { kRefused, kWarning, kNote } kind = Kind::kWarning;
   std::string text;
   /// What it is about. A later notice of the same cause replaces it, and it goes with its cause
   /// (Simulation::take_ended_causes()). Empty: it stays until the user closes it.
   std::string cause{};
+};
+
+/// The settings of a moment with the scene that they belong to.
+struct Present {
+  std::size_t number = 0;  ///< Simulation::settings_number()
+  Settings settings;
+  std::shared_ptr<const Scene> start;         ///< without the edits
+  std::shared_ptr<const EditedScene> edited;  ///< with the edits as if they held from the start
 };
 
 /// Runs a scene in its own thread. The functions must be called from one thread, that of the window.
@@ -59,8 +71,10 @@ class Simulation {
   /// final state. The program may end without the destructor, which would wait for the solver.
   bool end(double seconds);
 
+  /// The mesh of the newest snapshot, and the scene without the edits. They stay valid as long as this object,
+  /// also after set_up().
   const TetMesh& mesh() const;
-  const Scene& scene() const;  ///< the scene without the edits
+  const Scene& scene() const;
 
   void run();
   void pause();
@@ -72,6 +86,15 @@ class Simulation {
   void restart();
   /// Returns to the scene's start, pauses, and removes the user's edits.
   void reset();
+  /// Pauses and shows the kept state nearest to a time (Snapshot::earlier), or the present one at its
+  /// time and later. run(), step(), edits, drags and recordings then continue from the state that is
+  /// shown, with the settings of now; undo() brings back the run as it was. A recording ends there. The
+  /// other commands return to the present state first.
+  void show_at(double time);
+  /// Continues from the state that is shown, paused.
+  void continue_here();
+  /// The times of the kept states, s, in ascending order.
+  std::vector<double> kept_times() const;
   /// Whether a running simulation pauses at time.end, and when the energy error passes a hundredth of
   /// the energy that entered (EnergyWatch). Snapshot::pause then says why. run() goes on.
   void set_pauses(bool at_end, bool at_energy_error);
@@ -97,8 +120,15 @@ class Simulation {
   /// slider moves. Then both are undone together, and the edit replaces the previous one if that has
   /// not been made yet.
   void edit(Edit edit, std::string what, bool continues_previous = false);
-  /// Undoes the last edit or restart(). After a restart the run is as it was before, with its history
-  /// and its edits. Otherwise the settings get their earlier values at the present time. If no step has
+  /// Sets up a scene in place of the present one, pauses at its start and makes a notice. All edits
+  /// have to be in that scene (Present::edited). If the scene cannot be set up, nothing changes, and
+  /// take_refusal() has the reason.
+  void set_up(Scene scene, std::string what);
+  /// Why set_up() did not succeed. No value if there is no news.
+  std::optional<std::string> take_refusal();
+
+  /// Undoes the last edit, restart() or set_up(). After the last two the run is as it was before, with its
+  /// history and its edits. Otherwise the settings get their earlier values at the present time. If no step has
   /// been made since the edit, positions and momenta are restored, too. Otherwise an edit of positions
   /// or momenta is undone by the opposite change, and vertices that were released are fixed at their
   /// present positions.
@@ -137,7 +167,14 @@ class Simulation {
   std::shared_ptr<const Snapshot> snapshot() const;
   /// The same for someone who only looks: the next snapshot waits for the one who draws.
   std::shared_ptr<const Snapshot> peek() const;
+  /// Its number of the run, Snapshot::body.
+  std::uint64_t body() const;
   Settings settings() const;
+  /// A counter that increases when the settings may have changed.
+  std::size_t settings_number() const;
+  Present present() const;
+  /// Whether set_up() was called and has not been executed yet.
+  bool is_setting_up() const;
   /// The rows of the history from index `from` on. Row 0 is the start.
   std::vector<HistoryRow> history(std::size_t from) const;
   /// A counter that increases when earlier rows are removed: by restart(), reset(), go_back(), and

@@ -63,6 +63,8 @@ struct Snapshot {
   Index step = 0;
   RunStatus status = RunStatus::kRunning;
   bool running = false;             ///< whether the solver makes steps
+  bool earlier = false;             ///< whether it is a kept state, from which the run can go on
+  double newest = 0.0;              ///< the time that the run has reached, s
   std::string message;              ///< of a run that ended; otherwise empty
   Index failed_element = -1;        ///< that a failure is about, or −1
   Vector position;                  ///< 3 per vertex, m

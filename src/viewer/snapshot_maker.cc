@@ -22,11 +22,13 @@ std::vector<float> color_values(const Matrix& values) {
   return result;
 }
 
-Snapshot make_snapshot(const Session& session, ColorField field) {
-  const State& state = session.state();
+namespace {
+
+Snapshot snapshot_at(const Session& session, ColorField field, const State& state) {
   Snapshot snapshot;
   snapshot.time = state.time;
   snapshot.step = state.step;
+  snapshot.newest = session.time();
   snapshot.status = session.status();
   snapshot.message = session.message();
   if (const StepFailure* failure = session.failure();
@@ -36,14 +38,30 @@ Snapshot make_snapshot(const Session& session, ColorField field) {
   snapshot.position = state.position;
   snapshot.velocity = state.velocity;
   snapshot.momentum = state.momentum;
-  snapshot.external_force = session.next_external_force();
-  snapshot.reaction_force = session.reaction_force();
-  snapshot.fixed = prescribed_vertices(session);
   snapshot.field = field;
   if (field == nullptr) return snapshot;
   const Quantity& drawn = drawn_quantity(*field, session.system().mesh().is_quadratic());
   snapshot.field_on_cells = drawn.domain == ValueDomain::kTetrahedra;
-  snapshot.field_values = color_values(values_of(session, drawn));
+  snapshot.field_values = color_values(values_of(session, drawn, state));
+  return snapshot;
+}
+
+}  // namespace
+
+Snapshot make_snapshot(const Session& session, ColorField field) {
+  Snapshot snapshot = snapshot_at(session, field, session.state());
+  snapshot.external_force = session.next_external_force();
+  snapshot.reaction_force = session.reaction_force();
+  snapshot.fixed = prescribed_vertices(session);
+  return snapshot;
+}
+
+Snapshot make_snapshot(const Session& session, ColorField field, const KeptState& kept) {
+  Snapshot snapshot = snapshot_at(session, field, kept.state);
+  snapshot.earlier = true;
+  snapshot.external_force = snapshot.reaction_force = snapshot.user_force =
+      Vector::Zero(kept.state.position.size());
+  snapshot.fixed = kept.settings->fixed;
   return snapshot;
 }
 

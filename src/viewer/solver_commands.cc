@@ -41,50 +41,27 @@ void SolverThread::resume() {
 }
 
 void SolverThread::run() {
+  continue_shown();
   engine_->require_good_state();
   resume();
   speed_limiter_.restart(session().time());
   shared_.lock()->running = true;
 }
 
+void SolverThread::grab(const std::vector<Index>& vertices) {
+  continue_shown();
+  engine_->grab(vertices);
+  redo_.clear();
+}
+
 void SolverThread::pull(const std::vector<Index>& vertices, double radius) {
+  continue_shown();
   engine_->pull(vertices, radius, stable_step_);
-}
-
-void SolverThread::undo() {
-  if (restart_is_last()) {
-    return_to_past();
-  } else {
-    engine_->undo();
-  }
-}
-
-void SolverThread::redo() {
-  if (can_redo_restart_) {
-    restart();
-  } else {
-    engine_->redo();
-  }
-}
-
-void SolverThread::return_to_past() {
-  pause();
-  end_observation();
-  Past past = std::move(*past_);
-  past_.reset();
-  engine_ = std::move(past.engine);
-  recording_.restore(std::move(past.recording));
-  begin();
-  stable_step_ = past.stable_step;
-  passed_end_ = past.passed_end;
-  energy_ = past.energy;
-  can_redo_restart_ = true;
-  const auto shared = shared_.lock();
-  shared->history.replace_by(std::move(past.history));
-  shared->marks = std::move(past.marks);
+  redo_.clear();
 }
 
 void SolverThread::go_before_last_edit() {
+  shown_.reset();
   if (!engine_->edits().knows_state_before_last()) return;
   go_back();
   engine_->go_before_last_edit();
@@ -93,25 +70,20 @@ void SolverThread::go_before_last_edit() {
 }
 
 void SolverThread::step_once() {
+  continue_shown();
   pause();
   resume();
   step();
 }
 
-void SolverThread::reset() {
-  pause();
-  past_.reset();
-  can_redo_restart_ = false;
-  end_observation();
-  engine_ = std::make_unique<Engine>(scene_, mesh_, recording_);
-  begin();
-}
-
 void SolverThread::go_back() {
+  if (continue_shown()) return;
   pause();
   pause_ = Pause::kNone;
   engine_->go_back();
-  shared_.lock()->history.go_back_to(session().step_number());
+  const auto shared = shared_.lock();
+  shared->history.go_back_to(session().step_number());
+  shared->kept.go_back_to(session().step_number());
 }
 
 // Estimates the stability limit. In a failed state this is possible only if the energy is defined.
@@ -136,8 +108,9 @@ void SolverThread::execute(const DragTo& drag) {
 
 void SolverThread::execute(MakeEdit& edit) {
   const bool is_time = std::holds_alternative<SetTime>(edit.edit);
+  continue_shown();
   engine_->edit(std::move(edit.edit), edit.what, edit.continues_previous);
-  can_redo_restart_ = false;
+  redo_.clear();
   if (!is_time) return;
   // Another rule or step is the answer to an energy error.
   energy_.restart(session());

@@ -35,7 +35,6 @@ class Raised {
   bool& flag_;
 };
 
-constexpr const char* kRestart = "Restart";
 constexpr const char* kCommandCause = "command";
 
 void end_causes(SharedState& shared, const std::vector<std::string>& causes) {
@@ -53,10 +52,10 @@ bool is_edit(const Command& command) {
 }  // namespace
 
 SolverThread::SolverThread(Scene start_scene, TetMesh start_mesh)
-    : scene_(std::move(start_scene)),
-      mesh_(std::move(start_mesh)),
-      recording_(scene_),
-      engine_(std::make_unique<Engine>(scene_, mesh_, recording_)) {
+    : scene_(std::make_shared<const Scene>(std::move(start_scene))),
+      mesh_(std::make_shared<const TetMesh>(std::move(start_mesh))),
+      recording_(*scene_),
+      engine_(std::make_unique<Engine>(*scene_, *mesh_, recording_)) {
   begin();
   publish();
 }
@@ -109,8 +108,9 @@ void SolverThread::send(Command command) {
         replaces(next->edit, last->edit)) {
       last->edit = std::move(next->edit);
       last->what = std::move(next->what);
-    } else if (!commands.empty() && std::holds_alternative<DragTo>(command) &&
-               std::holds_alternative<DragTo>(commands.back())) {
+    } else if (!commands.empty() && command.index() == commands.back().index() &&
+               (std::holds_alternative<DragTo>(command) ||
+                std::holds_alternative<ShowKept>(command))) {
       commands.back() = std::move(command);
     } else {
       commands.push_back(std::move(command));
@@ -127,6 +127,7 @@ bool SolverThread::wait_until_idle(double seconds) {
 // Starts the history of a new engine.
 void SolverThread::begin() {
   const HistoryRow row = history_row(session());
+  if (kept_.empty() || kept_.back().first != scene_) kept_.emplace_back(scene_, mesh_);
   stable_step_ = session().initial_limit().critical_step;
   limit_cost_ = session().times().stability;
   stepping_since_limit_ = 0.0;
@@ -136,9 +137,13 @@ void SolverThread::begin() {
   pause_ = Pause::kNone;
   passed_end_ = false;
   ++body_;
+  shown_.reset();
+  auto start = engine_->kept_state();
   const auto shared = shared_.lock();
   shared->history.clear();
   shared->history.add(row);
+  shared->kept = KeptStates();
+  shared->kept.add(std::move(start));
   shared->marks.clear();
 }
 
@@ -148,22 +153,31 @@ void SolverThread::publish_edit_results() {
   std::vector<Notice> new_notices = engine_->take_notices();
   if (!snapshot_due_ && new_marks.empty() && new_notices.empty()) return;
   const std::vector<std::string> ended = engine_->take_ended_causes();
-  const std::size_t new_edits = engine_->take_edit_count();
+  const std::size_t new_edits = engine_->take_edit_count() + std::exchange(run_changes_, 0);
   Settings settings = engine_->settings();
   user_force_ = engine_->user_force();
-  std::string undo_text = restart_is_last() ? kRestart : engine_->edits().undo_text();
-  std::string redo_text = can_redo_restart_ ? kRestart : engine_->edits().redo_text();
+  auto edited = std::make_shared<const EditedScene>(
+      edited_scene(*scene_, *mesh_, engine_->edits().edits_in_effect()));
+  std::string undo_text = this->undo_text();
+  std::string redo_text = this->redo_text();
   limit_is_old_ = engine_->take_limit_change() || limit_is_old_;
   const auto shared = shared_.lock();
   shared->settings = std::move(settings);
+  ++shared->settings_number;
+  shared->scene = scene_;
+  shared->edited_scene = std::move(edited);
+  shared->set_ups_to_come -= std::exchange(set_ups_, 0);
   shared->undo_text = std::move(undo_text);
   shared->redo_text = std::move(redo_text);
   shared->edit_count += new_edits;
-  shared->has_edits = engine_->edits().undo_count() > 0;
+  shared->has_edits = has_edits();
   end_causes(*shared, ended);
+  for (const std::string& cause : ended) {
+    std::erase_if(notices_, [&](const Notice& notice) { return notice.cause == cause; });
+  }
   shared->edits_waiting = std::any_of(shared->commands.begin(), shared->commands.end(), is_edit);
   shared->marks.insert(shared->marks.end(), new_marks.begin(), new_marks.end());
-  std::move(new_notices.begin(), new_notices.end(), std::back_inserter(shared->notices));
+  std::move(new_notices.begin(), new_notices.end(), std::back_inserter(notices_));
 }
 
 void SolverThread::publish() {
@@ -171,14 +185,15 @@ void SolverThread::publish() {
   snapshot_due_ = false;
   steps_since_snapshot_ = 0;
   const ColorField field = shared_.lock()->field;
-  auto next = std::make_shared<Snapshot>(make_snapshot(session(), field));
+  auto next = std::make_shared<Snapshot>(shown_ ? make_snapshot(session(), field, *shown_)
+                                                : make_snapshot(session(), field));
   next->generation = ++generation_;
   next->body = body_;
   next->stable_step = stable_step_;
   if (session().time_settings().adapt != StepAdaptation::kNone) {
     next->adapted_step = session().steps().last;
   }
-  next->user_force = user_force_;
+  if (!shown_) next->user_force = user_force_;
   next->pause = pause_;
   next->energy_error = energy_.error();
   next->energy_entered = energy_.entered();
@@ -192,7 +207,11 @@ void SolverThread::publish() {
   next->running = shared->running;
   if (!shared->running) next->real_time_factor = 0.0;
   shared->snapshot = std::move(next);
+  shared->mesh = mesh_;
   shared->snapshot_taken = false;
+  // The window clears its messages when it sees a new run.
+  std::move(notices_.begin(), notices_.end(), std::back_inserter(shared->notices));
+  notices_.clear();
   published_ = Clock::now();
 }
 
@@ -219,8 +238,8 @@ void SolverThread::step() {
   }
   if (session().step_number() > before) {
     notify_observer([this](Observer& o) { return o.on_step(session()); });
+    if (can_continue) keep_state();
   }
-  can_redo_restart_ = false;
   if (!can_continue) {
     snapshot_due_ = true;
     end_observation();
@@ -265,6 +284,7 @@ void SolverThread::execute(Observe& observe) {
   end_observation();
   shared_.lock()->observed = false;
   if (!observe.observer) return;
+  continue_shown();
   engine_->require_good_state();
   shared_.lock()->observed = true;
   observer_ = std::move(observe.observer);
@@ -275,46 +295,9 @@ void SolverThread::execute(Observe& observe) {
   });
 }
 
-bool SolverThread::restart_is_last() const {
-  return past_ && engine_->edits().undo_count() <= past_->kept_edits;
-}
-
-void SolverThread::restart() {
-  pause();
-  end_observation();
-  engine_->release();
-  engine_->go_back();  // ends a drag that could not be released in the failed state
-  const std::vector<MadeEdit> made = engine_->edits().edits_in_effect();
-  can_redo_restart_ = false;
-  publish_edit_results();  // the marks of the last edits
-  Past past{.engine = std::move(engine_),
-            .recording = recording_.data(),
-            .history = HistoryLog(),
-            .marks = {},
-            .stable_step = stable_step_,
-            .passed_end = passed_end_,
-            .energy = energy_};
-  {
-    const auto shared = shared_.lock();
-    past.history = shared->history;
-    past.marks = shared->marks;
-  }
-  engine_ = std::make_unique<Engine>(scene_, mesh_, recording_);
-  engine_->take_notices();  // those of the scene are known already
-  begin();
-  for (const MadeEdit& kept : kept_settings(made, session())) {
-    report_failure_of([&] { engine_->edit(kept.edit, kept.what, kept.continues_previous); });
-  }
-  engine_->take_edit_count();  // the user has made them before
-  past.kept_edits = engine_->edits().undo_count();
-  // A restart at the start has changed nothing.
-  if (past.engine->session().step_number() > 0) past_ = std::move(past);
-}
-
 // Calls work(). An InputError or NumericalError becomes a notice about a refused command. Any other exception becomes a
 // warning, and the run is paused.
-template <class Work>
-void SolverThread::report_failure_of(const Work& work) {
+void SolverThread::report_failure_of(const std::function<void()>& work) {
   Notice notice;
   try {
     work();

@@ -39,8 +39,11 @@ struct MakeEdit {
   std::string what;
   bool continues_previous = false;
 };
+struct ShowKept {
+  double time = 0.0;  // s
+};
 struct Publish {};
-using Command = std::variant<Action, DragTo, Observe, MakeEdit, Publish>;
+using Command = std::variant<Action, DragTo, Observe, MakeEdit, ShowKept, Publish>;
 
 /// Data that the window's thread and the solver's thread share. No computation is made while the lock
 /// is held.
@@ -57,9 +60,16 @@ struct SharedState {
   bool pauses_at_energy_error = false;
   ColorField field = nullptr;
   std::shared_ptr<const Snapshot> snapshot;
+  std::shared_ptr<const TetMesh> mesh;  // of the snapshot
+  std::shared_ptr<const Scene> scene;
+  std::shared_ptr<const EditedScene> edited_scene;
   bool snapshot_taken = false;  // whether the window has read the snapshot
   Settings settings;
+  std::size_t settings_number = 0;
+  std::optional<std::string> refusal;  // of the last set_up()
+  int set_ups_to_come = 0;             // whose results are not published yet
   HistoryLog history;
+  KeptStates kept;
   std::vector<EditMark> marks;
   std::vector<Notice> notices;
   std::vector<std::string> ended_causes;
@@ -84,8 +94,6 @@ class SolverThread {
   /// Gives up the step in progress, at the next iteration of its solver, and waits for this.
   ~SolverThread();
 
-  const Scene& scene() const { return scene_; }
-  const TetMesh& mesh() const { return mesh_; }
   const Recording& recording() const { return recording_; }
 
   void start();
@@ -108,21 +116,33 @@ class SolverThread {
   void pause();
   void step_once();
   void restart();
+  bool continue_shown();
   void reset();
   void go_back();
+  void set_up(const Scene& scene, const std::string& what);
+  void grab(const std::vector<Index>& vertices);
 
  private:
-  // A run that restart() has replaced, and what is needed to return to it.
-  struct Past {
-    std::unique_ptr<Engine> engine;
+  // A run that is not the present one, and what is needed to return to it.
+  struct Run {
+    std::shared_ptr<const Scene> scene;
+    std::shared_ptr<const TetMesh> mesh;
+    std::unique_ptr<Engine> engine;  // null: given up because of its size
+    std::vector<MadeEdit> made;      // of a run without an engine
     Recording::Data recording;
     HistoryLog history;
+    KeptStates kept;
     std::vector<EditMark> marks;
     double stable_step = 0.0;
     bool passed_end = false;
-    EnergyWatch energy{};
-    std::size_t kept_edits = 0;  // EditHistory::undo_count() of the new run at its start
+    EnergyWatch energy;
+    std::size_t kept_edits = 0;
+    std::string what;   // the change between this run and the present one
+    Index parted = -1;  // the last step that both have
+
+    void give_up();
   };
+
   struct Task {
     enum class Kind { kNone, kCommand, kPublish, kStep, kEstimateLimit } kind = Kind::kNone;
     Command command{};  // of kCommand
@@ -130,6 +150,18 @@ class SolverThread {
 
   const Session& session() const { return engine_->session(); }
   void begin();
+  Run new_run(std::shared_ptr<const Scene> scene, std::shared_ptr<const TetMesh> mesh);
+  Run leave_run(const std::string& what, Index parted = -1);
+  void take(Run& run);
+  void begin_run(Run run, const std::vector<MadeEdit>& made);
+  void make_again(const std::vector<MadeEdit>& made);
+  void keep_state();
+  void continue_run(std::vector<Run>& from, std::vector<Run>& others);
+  void limit_memory();
+  bool run_change_is_last() const;
+  std::string undo_text() const;
+  std::string redo_text() const;
+  bool has_edits() const;
   void publish_edit_results();
   void publish();
   void estimate_limit();
@@ -141,31 +173,35 @@ class SolverThread {
   void execute(const DragTo&);
   void execute(Observe& observe);
   void execute(MakeEdit& edit);
+  void execute(const ShowKept& wanted);
   void execute(const Publish&) {}
-  bool restart_is_last() const;
-  void return_to_past();
   void resume();
   void check_pauses();
   void pause_for(Pause pause);
   void end_refusal();
-  template <class Work>
-  void report_failure_of(const Work& work);
+  void report_failure_of(const std::function<void()>& work);
   Task task_due(SharedState& shared, std::optional<Clock::time_point>& due);
   Task next_task();
   void carry_out(Task& task);
   void work();
   void ask_to_end();
 
-  const Scene scene_;
-  const TetMesh mesh_;
+  std::shared_ptr<const Scene> scene_;
+  std::shared_ptr<const TetMesh> mesh_;
+  // All scenes and meshes that there were, because the window may still use them.
+  std::vector<std::pair<std::shared_ptr<const Scene>, std::shared_ptr<const TetMesh>>> kept_;
   Recording recording_;
 
   // Data of the solver's thread.
   std::unique_ptr<Engine> engine_;
   Vector user_force_;
-  std::optional<Past> past_;
-  bool can_redo_restart_ = false;  // whether the restart was the last thing undone
-  bool refused_ = false;           // whether the last command was refused
+  std::vector<Run> undo_, redo_;
+  std::shared_ptr<const KeptState> shown_;  // in place of the present state
+  std::size_t kept_edits_ = 0;   // EditHistory::undo_count() at the start of the present run
+  std::size_t run_changes_ = 0;  // those that are not counted as edits yet
+  int set_ups_ = 0;              // those that are not published yet
+  std::vector<Notice> notices_;  // for the next snapshot
+  bool refused_ = false;         // whether the last command was refused
   EnergyWatch energy_;
   Pause pause_ = Pause::kNone;
   bool passed_end_ = false;  // whether the user has gone on beyond the end

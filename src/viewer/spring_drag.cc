@@ -43,6 +43,7 @@ SpringDrag::SpringDrag(const Session& session, std::vector<Index> vertices, doub
       radius_(radius > 0.0 ? radius : usual_radius(session.system().rest(), grabbed_.front())),
       critical_step_(critical_step),
       make_(std::move(make)),
+      before_(session.settings().pull),
       goal_(vertex_block(session.state().position, grabbed_.front())) {
   const TetMesh& mesh = session_.system().mesh();
   what_ = grabbed_.size() == 1 ? fmt::format("Drag vertex {}", mesh.vertex_id(grabbed_.front()))
@@ -132,7 +133,7 @@ void SpringDrag::before_step() {
 
 void SpringDrag::release() {
   if (!made_) return;
-  make(SetPull{});
+  make(SetPull{before_});
   const bool rests = session_.time() > goal_time_ + 2.0 * goal_duration_;
   const double allowed = rests ? 0.0 : mouse_speed_;
   Vector3 momentum = Vector3::Zero();

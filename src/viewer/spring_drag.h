@@ -30,7 +30,7 @@ class SpringDrag {
   void set_radius(double radius);
   /// Must be called before each step: the end of the spring follows the body while the mouse is far.
   void before_step();
-  /// Takes the spring away, and the velocity in the direction of the mouse that the mouse did not have.
+  /// Brings the scene's own spring back, and takes away the velocity in the direction of the mouse that the mouse did not have.
   void release();
 
   double radius() const { return radius_; }
@@ -50,6 +50,7 @@ class SpringDrag {
   std::string what_;
   bool made_ = false;  // whether an edit of this drag has been made
   std::vector<Index> pulled_;
+  PullSettings before_;  // the spring of the scene, which comes back
   PullSettings spring_;
   double mass_ = 0.0;         // of the area, kg
   double longest_ = 0.0;      // length of the spring at its largest force, m

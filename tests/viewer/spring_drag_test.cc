@@ -150,5 +150,24 @@ TEST_F(SpringDrags, MoveNothingWhilePaused) {
   expect_no_notices(*simulation_);
 }
 
+// The scene's own spring comes back after a drag.
+TEST_F(SpringDrags, TheSpringOfTheSceneStays) {
+  open(cantilever(Integrator::kEnergyMomentum, 5e-3));
+  PullSettings own;
+  own.vertices = {simulation_->mesh().vertex_id(corner_)};
+  own.stiffness = 3.0;
+  simulation_->edit(SetPull{own}, "Stiffness 3 N/m");
+  simulation_->pull({corner_});
+  simulation_->drag_to(Vector3(0.0, 0.5, 0.0));
+  make_steps(*simulation_, 2);
+  EXPECT_NE(simulation_->settings().pull.stiffness, 3.0);
+  simulation_->release();
+  settle(*simulation_);
+  EXPECT_EQ(simulation_->settings().pull.stiffness, 3.0);
+  EXPECT_EQ(simulation_->settings().pull.vertices, own.vertices);
+  restart(*simulation_);
+  EXPECT_EQ(simulation_->settings().pull.stiffness, 3.0);
+}
+
 }  // namespace
 }  // namespace tetraction::viewer

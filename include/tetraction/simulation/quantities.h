@@ -16,6 +16,7 @@ class BodyFields;
 class MechanicalSystem;
 class Session;
 struct ElementFields;
+struct State;
 
 /// The quantities of [[probe]].
 enum class ProbeQuantity {
@@ -130,5 +131,7 @@ const Quantity& drawn_quantity(const Quantity& color, bool is_quadratic);
 std::vector<Matrix> values_of(const Session& session, const std::vector<const Quantity*>& list);
 /// The values of one quantity, which take less time alone.
 Matrix values_of(const Session& session, const Quantity& quantity);
+/// The same at another state of the body, with the present materials. Forces are those of the session.
+Matrix values_of(const Session& session, const Quantity& quantity, const State& state);
 
 }  // namespace tetraction

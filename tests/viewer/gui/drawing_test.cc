@@ -239,13 +239,13 @@ TEST_F(Drawing, AttractionCentreIsSeenWhileThereIsAttraction) {
   Document document = quiet_beam();
   for (Vector3& x : document.mesh.vertices.own()) x.y() += 0.2;  // the origin is free
   show(std::move(document));
-  raise("dock_world");
+  show_entry("environment");
   const QPoint center = place_of(Vector3::Zero());
   const QImage before = picture();
   const auto seen = [&] { return differ_at(picture(), before, center); };
   ASSERT_TRUE(before.rect().adjusted(20, 20, -20, -20).contains(center));
   const auto choose = [&](int key) {
-    press_key_in("environment", key);
+    press_key_in("kind", key);
     settle();
   };
   choose(Qt::Key_Down);
@@ -260,7 +260,7 @@ TEST_F(Drawing, AttractionCentreIsSeenWhileThereIsAttraction) {
   EXPECT_FALSE(seen());
   click("center");
   EXPECT_TRUE(seen());
-  raise("dock_world");
+  show_entry("environment");
   choose(Qt::Key_Home);
   EXPECT_FALSE(seen());
 }

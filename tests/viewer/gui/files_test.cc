@@ -210,7 +210,7 @@ TEST_F(Files, ARunIsReplayed) {
   EXPECT_EQ(window_->simulation(), nullptr);
   EXPECT_EQ(window_->replay()->times().size(), 7U);
   EXPECT_EQ(window_->chart()->row_count(), 31U);
-  auto* slider = find<QSlider>("replay_slider");
+  auto* slider = find<QSlider>("timeline");
   slider->setFocus();
   QTest::keyClick(slider, Qt::Key_End);
   wait(200);
@@ -437,7 +437,7 @@ TEST_F(Files, TheNextWindowIsAsThisOneWas) {
   press_key_in("light_azimuth", Qt::Key_End);
   press_key_in("arrow_scale", Qt::Key_End);
   find<QDockWidget>("dock_charts")->close();
-  raise("dock_world");
+  raise("dock_vertices");
   window_->resize(1100, 700);
   wait();
   window_->close();
@@ -446,7 +446,7 @@ TEST_F(Files, TheNextWindowIsAsThisOneWas) {
   wait();
   EXPECT_EQ(window_->size(), QSize(1100, 700));
   EXPECT_FALSE(find<QDockWidget>("dock_charts")->isVisible());
-  EXPECT_FALSE(find<QDockWidget>("dock_world")->visibleRegion().isEmpty());
+  EXPECT_FALSE(find<QDockWidget>("dock_vertices")->visibleRegion().isEmpty());
   const DrawingSettings& drawing = window_->body_view()->drawing();
   EXPECT_TRUE(drawing.points);
   EXPECT_FALSE(drawing.edges);
@@ -518,17 +518,16 @@ TEST_F(Files, AReplayShowsNoSettingsOfTheSceneBefore) {
   RunRecorder recorder(directory.toStdString(), 10);
   session.run({&recorder});
   show(quiet_beam());
-  for (const auto& [dock, field] :
-       {std::pair("dock_material", "youngs_modulus"), std::pair("dock_world", "mass_damping"),
-        std::pair("dock_run", "step_size")}) {
+  show_entry("material");
+  const auto panels = {std::pair("dock_scene", "scene_tree"),
+                       std::pair("dock_inspector", "youngs_modulus")};
+  for (const auto& [dock, field] : panels) {
     raise(dock);
     EXPECT_TRUE(find<QWidget>(field)->isVisible());
   }
   open(directory);
   ASSERT_NE(window_->replay(), nullptr);
-  for (const auto& [dock, field] :
-       {std::pair("dock_material", "youngs_modulus"), std::pair("dock_world", "mass_damping"),
-        std::pair("dock_run", "step_size")}) {
+  for (const auto& [dock, field] : panels) {
     raise(dock);
     EXPECT_FALSE(find<QWidget>(field)->isVisible()) << dock;
     auto* text = find<QDockWidget>(dock)->findChild<QLabel*>(QStringLiteral("replay_text"));
@@ -537,7 +536,7 @@ TEST_F(Files, AReplayShowsNoSettingsOfTheSceneBefore) {
   }
   keep_picture("replay_settings");
   show(quiet_beam());
-  EXPECT_TRUE(find<QWidget>("step_size")->isVisible());
+  EXPECT_TRUE(find<QWidget>("steps_per_picture")->isVisible());
 }
 
 }  // namespace

@@ -69,11 +69,19 @@ TEST_F(Keyboard, TabReachesEveryControl) {
   window_->select({nearest({0.0, 0.3, 0.3})});  // it is held: everything can be done with it
   settle();
   QWidget* charts = find<QDockWidget>("dock_charts")->widget();
-  for (const char* name :
-       {"dock_run", "dock_material", "dock_world", "dock_vertices", "dock_drawing"}) {
-    raise(name);
-    const QList<QWidget*> there = inputs(find<QDockWidget>(name)->widget());
-    ASSERT_GE(there.size(), 5) << name;
+  for (const char* name : {"transport", "material", "damping", "time", "fix", "mesh",
+                           "dock_vertices", "dock_drawing"}) {
+    const bool is_dock = QLatin1String(name).startsWith(QLatin1String("dock"));
+    const bool is_bar = QLatin1String(name) == QLatin1String("transport");
+    if (is_dock) {
+      raise(name);
+    } else if (!is_bar) {
+      show_entry(name);
+    }
+    const QList<QWidget*> there =
+        inputs(is_bar ? find<QWidget>(name)
+                      : find<QDockWidget>(is_dock ? name : "dock_inspector")->widget());
+    ASSERT_GE(there.size(), 4) << name;
     for (const Qt::Key key : {Qt::Key_Tab, Qt::Key_Backtab}) {
       const QSet<QWidget*> reached = round(there.front(), key);
       for (QWidget* widget : there + inputs(charts)) {
@@ -102,7 +110,8 @@ TEST_F(Keyboard, DigitsChooseTools) {
   // From a button, too; in a field they are digits.
   press_key_in("run", Qt::Key_3);
   EXPECT_EQ(window_->body_view()->tool(), Tool::kMove);
-  auto* field = find<NumberSlider>("step_size")->field();
+  show_entry("time");
+  NumberField* field = number_field("step");
   field->setFocus();
   field->selectAll();
   QTest::keyClick(field, Qt::Key_5);
@@ -113,8 +122,8 @@ TEST_F(Keyboard, DigitsChooseTools) {
 // After a number the keys are the body's again.
 TEST_F(Keyboard, ANumberThatWasEnteredGivesTheKeyboardBack) {
   show(quiet_beam());
-  raise("dock_material");
-  auto* field = find<NumberSlider>("youngs_modulus")->field();
+  show_entry("material");
+  NumberField* field = number_field("youngs_modulus");
   QWidget* canvas = window_->body_view()->canvas();
   const auto press = [](int key) {
     QTest::keyClick(QApplication::focusWidget(), static_cast<Qt::Key>(key));
@@ -140,7 +149,6 @@ TEST_F(Keyboard, ANumberThatWasEnteredGivesTheKeyboardBack) {
   EXPECT_TRUE(wait_for([&] { return state().running; }));
   press(Qt::Key_Space);
   settle();
-  raise("dock_run");
   auto* steps = find<QSpinBox>("steps_per_picture");
   for (const int key : {Qt::Key_Return, Qt::Key_Escape}) {
     steps->setFocus();
@@ -154,10 +162,10 @@ TEST_F(Keyboard, ANumberThatWasEnteredGivesTheKeyboardBack) {
 
 TEST_F(Keyboard, UndoAndRedo) {
   show(quiet_beam());
-  raise("dock_world");
+  show_entry("damping");
   const auto drag_now = [this] { return window_->simulation()->settings().damping.drag; };
-  enter(find<NumberSlider>("drag")->field(), "0.25");
-  enter(find<NumberSlider>("drag")->field(), "0.5");
+  enter("drag", "0.25");
+  enter("drag", "0.5");
   const auto press = [this](Qt::KeyboardModifiers modifiers) {
     press_and_settle(Qt::Key_Z, modifiers);
   };
@@ -237,8 +245,8 @@ TEST_F(Keyboard, ViewsFrameTheBodyWhereItIs) {
 // In a field Ctrl+Z is about the text that is being typed.
 TEST_F(Keyboard, CtrlZInAFieldUndoesTheText) {
   show(quiet_beam());
-  raise("dock_world");
-  enter(find<NumberSlider>("drag")->field(), "0.25");
+  show_entry("damping");
+  enter("drag", "0.25");
   auto* field = find<NumberSlider>("viscosity")->field();
   const QString before = field->text();
   field->setFocus();

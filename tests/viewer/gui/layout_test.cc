@@ -7,7 +7,7 @@
 #include <QTemporaryDir>
 
 #include "viewer/gui/replay/replay.h"
-#include "viewer/gui/replay/replay_bar.h"
+#include "viewer/gui/transport/transport_bar.h"
 #include "window_test.h"
 
 namespace tetraction::viewer {
@@ -28,17 +28,20 @@ class Layout : public WindowTest {
 TEST_F(Layout, EveryFieldOfAPanelCanBeReached) {
   open(QStringLiteral(TETRACTION_DATA "/../examples/scenes/rubber_band.toml"));
   ASSERT_NE(window_->simulation(), nullptr) << window_->messages()->text().toStdString();
-  raise("dock_world");
-  settle();
-  auto* area = find<QDockWidget>("dock_world")->findChild<QScrollArea*>();
-  expect_reachable(area);
-  for (NumberField* field : area->findChildren<NumberField*>()) {
-    if (!field->isVisible()) continue;
-    const int right = field->mapTo(area->widget(), QPoint(field->width(), 0)).x();
-    EXPECT_LE(right, area->viewport()->width() + area->horizontalScrollBar()->maximum())
-        << field->what().toStdString();
+  auto* area = find<QDockWidget>("dock_inspector")->findChild<QScrollArea*>();
+  for (const char* section : {"force", "damping"}) {
+    show_entry(section);
+    settle();
+    expect_reachable(area);
+    EXPECT_GE(area->findChildren<NumberField*>().size(), 3);
+    for (NumberField* field : area->findChildren<NumberField*>()) {
+      if (!field->isVisible()) continue;
+      const int right = field->mapTo(area->widget(), QPoint(field->width(), 0)).x();
+      EXPECT_LE(right, area->viewport()->width() + area->horizontalScrollBar()->maximum())
+          << field->what().toStdString();
+    }
+    keep_picture((std::string("rubber_band_") + section).c_str());
   }
-  keep_picture("world_of_rubber_band");
 }
 
 TEST_F(Layout, TheWindowFitsTheScreen) {
@@ -125,17 +128,12 @@ TEST_F(Layout, TheUsersForceIsApartFromOtherLoads) {
   EXPECT_GT(forces[0].vector.y(), 0.0);
 }
 
-TEST_F(Layout, TheSliderOfTheStepIsFine) {
+TEST_F(Layout, ADragOnTheStepIsFine) {
   show(quiet_beam());
-  auto* step = find<NumberSlider>("step_size");
+  show_entry("time");
+  NumberField* step = number_field("step");
   const double before = step->value();
-  auto* slider = step->slider();
-  const double per_pixel =
-      (slider->maximum() - slider->minimum()) / static_cast<double>(slider->width());
-  slider->setSliderDown(true);
-  slider->setValue(slider->value() + static_cast<int>(29.0 * per_pixel));
-  wait();
-  slider->setSliderDown(false);
+  drag(step, QPoint(10, 8), QPoint(39, 8));
   settle();
   EXPECT_GT(step->value(), 2.0 * before);
   EXPECT_LT(step->value(), 4.0 * before);
@@ -197,8 +195,8 @@ TEST_F(Layout, AReplayHasASpeedALoopAndAChartToClick) {
   open(folder.filePath(QStringLiteral("run")));
   ASSERT_NE(window_->replay(), nullptr);
   EXPECT_FALSE(find<QAction>("tool_3")->isVisible()) << "nothing can be dragged";
-  auto* bar = window_->findChild<ReplayBar*>();
-  bar->set_frame(static_cast<int>(window_->replay()->times().size()) - 1);
+  TransportBar* bar = window_->transport();
+  bar->go_to(window_->replay()->times().back());
   QWidget* chart = window_->chart()->canvas();
   wait();
   QTest::mouseClick(chart, Qt::LeftButton, Qt::NoModifier,
@@ -207,12 +205,12 @@ TEST_F(Layout, AReplayHasASpeedALoopAndAChartToClick) {
   const double shown = window_->body_view()->state()->time;
   EXPECT_GT(shown, 0.02);
   EXPECT_LT(shown, 0.18);
-  auto* speed = find<QComboBox>("replay_speed");
+  auto* speed = find<QComboBox>("speed");
   speed->setCurrentIndex(speed->count() - 1);
   click("replay_loop");
   bar->play(true);
   bool wrapped = false;
-  int last = bar->frame();
+  std::size_t last = bar->frame();
   ASSERT_TRUE(wait_for([&] {
     wrapped = wrapped || bar->frame() < last;
     last = bar->frame();

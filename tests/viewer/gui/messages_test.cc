@@ -12,7 +12,9 @@ TEST_F(Messages, FloatOverThePictureAndLeaveItWhereItIs) {
   show(quiet_beam());
   QWidget* canvas = window_->body_view()->canvas();
   const QRect before(canvas->mapTo(window_.get(), QPoint()), canvas->size());
-  type(find<NumberSlider>("step_size")->field(), "abc");
+  window_->select({nearest({1.2, 0.3, 0.3})});
+  raise("dock_vertices");
+  type(find<NumberField>("position_x"), "abc");
   wait();
   expect_told(QStringLiteral("abc"));
   EXPECT_EQ(QRect(canvas->mapTo(window_.get(), QPoint()), canvas->size()), before);
@@ -33,7 +35,9 @@ TEST_F(Messages, AWarningGoesWithTheUndoOfItsEdit) {
 TEST_F(Messages, ARefusedInputGoesWithTheNextAction) {
   show(quiet_beam());
   make_edit(SetDamping{{.drag = 0.2}}, "Drag");
-  NumberField* field = find<NumberSlider>("step_size")->field();
+  window_->select({nearest({1.2, 0.3, 0.3})});
+  raise("dock_vertices");
+  NumberField* field = find<NumberField>("position_x");
   type(field, "abc");
   wait();
   expect_told(QStringLiteral("is not possible"));
@@ -63,6 +67,7 @@ TEST_F(Messages, TheFirstFailureAfterMidpointToExplicitIsTheFailure) {
   document.scene.time.integrator = Integrator::kMidpoint;
   document.scene.time.retry = 0;
   show(std::move(document));
+  show_entry("time");
   window_->simulation()->set_speed_limit(0.0);
   window_->simulation()->run();
   ASSERT_TRUE(wait_for([this] { return state().step > 5; }));

@@ -180,7 +180,14 @@ class RandomEdits : public WindowTest {
         if (auto* box = any<QSpinBox>()) box->setValue(1 + random(20));
         return;
       case 4:
-        if (auto* tabs = any<QTabBar>()) tabs->setCurrentIndex(random(tabs->count()));
+        if (random(2) == 0) {
+          if (auto* tabs = any<QTabBar>()) tabs->setCurrentIndex(random(tabs->count()));
+        } else {
+          // Not the mesh, whose cells could become too many for the machine.
+          constexpr const char* kSections[] = {"material",    "time",   "solver", "damping",
+                                               "environment", "output", "initial"};
+          window_->scene_panels()->choose({kSections[random(7)], 0});
+        }
         return;
       default:
         if (auto* button = any<QAbstractButton>()) {
@@ -283,6 +290,7 @@ TEST_F(RandomEdits, DoNotCrashAndReplay) {
   const double seconds = wanted != nullptr ? std::atof(wanted) : 60.0;
   const Document document = quiet_beam();
   show(document);
+  show_entry("material");
   window_->simulation()->set_speed_limit(1.0);
   window_->simulation()->run();
   int longest = 0;
@@ -316,7 +324,7 @@ TEST_F(RandomEdits, DoNotCrashAndReplay) {
     settle();
   }
   keep_picture("random_edits");
-  expect_replay(document.mesh, complete);
+  expect_replay(window_->simulation()->mesh(), complete);
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <QAbstractButton>
 #include <QAction>
 #include <QApplication>
 #include <QDir>
@@ -21,6 +22,7 @@
 #include "tetraction/core/blas.h"
 #include "viewer/gui/body/body_view.h"
 #include "viewer/gui/chart/live_chart.h"
+#include "viewer/gui/scene/scene_panels.h"
 #include "viewer/gui/widgets/number_field.h"
 #include "viewer/gui/window/documents.h"
 #include "viewer/gui/window/main_window.h"
@@ -136,6 +138,29 @@ class WindowTest : public testing::Test {
     ADD_FAILURE() << "no action " << beginning.toStdString();
     return nullptr;
   }
+  /// Shows an entry of the scene in the inspector.
+  void show_entry(const std::string& section, std::size_t index = 0) {
+    const SceneTree* tree = window_->scene_panels()->tree();
+    const EntryPlace place{section, index};
+    ASSERT_TRUE(wait_for([&] { return tree->item_of(place) != nullptr; }, 5000)) << section;
+    raise("dock_inspector");
+    window_->scene_panels()->choose(place);
+    wait(50);
+  }
+  /// Types a number in the inspector and waits for what it does. The field may be a part of a slider or a vector.
+  void enter(const char* name, const char* text, int component = 0) {
+    enter(number_field(name, component), text);
+  }
+  NumberField* number_field(const char* name, int component = 0) {
+    auto* widget = find<QWidget>(name);
+    if (auto* field = qobject_cast<NumberField*>(widget)) return field;
+    return widget->findChildren<NumberField*>().at(component);
+  }
+  /// The reason below a field of the inspector; empty if there is none.
+  QString reason(const std::string& name) {
+    auto* label = find<QLabel>(("reason_" + name).c_str());
+    return label->isVisible() ? label->text() : QString();
+  }
   void raise(const char* dock) {
     find<QDockWidget>(dock)->raise();
     wait(50);
@@ -169,7 +194,7 @@ class WindowTest : public testing::Test {
   }
   /// A button, and waits for what it does.
   void push(const char* name) {
-    QTest::mouseClick(find<QPushButton>(name), Qt::LeftButton);
+    QTest::mouseClick(find<QAbstractButton>(name), Qt::LeftButton);
     settle();
   }
   void make_edit(const Edit& edit, const std::string& description) {

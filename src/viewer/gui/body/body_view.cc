@@ -7,10 +7,12 @@
 #include <vtkCaptionActor2D.h>
 #include <vtkCommand.h>
 #include <vtkGenericOpenGLRenderWindow.h>
+#include <vtkImageData.h>
 #include <vtkInteractorStyleTrackballCamera.h>
 #include <vtkOrientationMarkerWidget.h>
 #include <vtkRenderer.h>
 #include <vtkTextProperty.h>
+#include <vtkWindowToImageFilter.h>
 
 #include <Eigen/Geometry>
 #include <QMouseEvent>
@@ -208,6 +210,26 @@ void BodyView::detect_graphics_card() {
 
 QImage BodyView::picture() const {
   return widget_->grabFramebuffer();
+}
+
+QImage BodyView::picture(const QSize& size) {
+  const QImage own = picture();
+  const double needed = std::max(static_cast<double>(size.width()) / own.width(),
+                                 static_cast<double>(size.height()) / own.height());
+  if (needed <= 1.0) return own;
+  // VTK draws the parts of a larger picture one after another.
+  vtkNew<vtkWindowToImageFilter> parts;
+  parts->SetInput(window_);
+  parts->SetScale(static_cast<int>(std::ceil(needed)));
+  parts->ReadFrontBufferOff();
+  parts->Update();
+  vtkImageData* pixels = parts->GetOutput();
+  const int* points = pixels->GetDimensions();
+  const QImage whole(static_cast<const uchar*>(pixels->GetScalarPointer()), points[0], points[1],
+                     3 * points[0], QImage::Format_RGB888);
+  const QImage picture = whole.mirrored();
+  render();
+  return picture;
 }
 
 QWidget* BodyView::canvas() const {

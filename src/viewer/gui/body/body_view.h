@@ -65,6 +65,8 @@ class BodyView : public QWidget {
   std::uint64_t picture_count() const { return pictures_; }
   /// The present picture.
   QImage picture() const;
+  /// The same in so many pixels that it can fill this size.
+  QImage picture(const QSize& size);
   /// The widget that receives the mouse events.
   QWidget* canvas() const;
   /// Coordinates of a point in the canvas, in logical pixels.

@@ -27,7 +27,7 @@ struct ChartKind {
 /// the load factor.
 enum class RunKind { kMotion, kEquilibrium };
 
-/// The kinds of a motion: energy, energy balance, linear momentum, angular momentum, iterations. An
+/// The kinds of a motion: energy, energy balance, energy error, linear momentum, angular momentum, iterations. An
 /// equilibrium has energy without the kinetic part, and iterations.
 const std::vector<ChartKind>& chart_kinds(RunKind run = RunKind::kMotion);
 

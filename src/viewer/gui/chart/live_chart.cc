@@ -25,6 +25,7 @@
 #include <QMouseEvent>
 #include <QPushButton>
 #include <QTabBar>
+#include <QToolTip>
 #include <QVBoxLayout>
 #include <algorithm>
 #include <cmath>
@@ -57,6 +58,15 @@ LiveChart::LiveChart(QWidget* parent)
   probe_choice_->setObjectName(QStringLiteral("probe_choice"));
   probe_choice_->setToolTip(tr("The probe that is shown"));
   probe_choice_->hide();
+  auto* logarithmic = new QCheckBox(tr("log"), this);
+  logarithmic->setObjectName(QStringLiteral("logarithmic"));
+  logarithmic->setToolTip(tr("Logarithms of the magnitudes"));
+  logarithmic->setFocusPolicy(Qt::TabFocus);
+  connect(logarithmic, &QCheckBox::toggled, this, [this](bool on) {
+    logarithmic_ = on;
+    following_ = stale_ = true;
+    refresh();
+  });
   auto* whole = new QPushButton(tr("Whole run"), this);
   whole->setObjectName(QStringLiteral("whole_run"));
   whole->setToolTip(
@@ -68,6 +78,7 @@ LiveChart::LiveChart(QWidget* parent)
   auto* top = new QHBoxLayout;
   top->addWidget(tabs_, 1);
   top->addWidget(probe_choice_);
+  top->addWidget(logarithmic);
   top->addWidget(whole);
   top->addWidget(save);
   legend_box_ = new QWidget(this);
@@ -129,6 +140,8 @@ LiveChart::LiveChart(QWidget* parent)
     add_column(table, "time");
     add_column(table, "line");
   }
+  chart_->SetTooltip(nullptr);  // show_values() has one
+  widget_->setMouseTracking(true);
   widget_->installEventFilter(this);
   connect(tabs_, &QTabBar::currentChanged, this, &LiveChart::show_kind);
   connect(probe_choice_, QOverload<int>::of(&QComboBox::activated), this, &LiveChart::show_probe);
@@ -164,6 +177,7 @@ void LiveChart::set_marks(const std::vector<EditMark>& marks) {
 }
 
 void LiveChart::set_cursor(double time) {
+  if (time == cursor_ || (std::isnan(time) && std::isnan(cursor_))) return;
   cursor_ = time;
   stale_ = true;
 }
@@ -251,7 +265,6 @@ void LiveChart::rebuild() {
   };
   marks_plot_ = add_line(mark_table_, 1, 150, 150, 160, 1.0F);
   marks_plot_->GetPen()->SetLineType(vtkPen::DASH_LINE);
-  marks_plot_->SetTooltipLabelFormat("%i");
   cursor_plot_ = add_line(cursor_table_, 1, 90, 90, 90, 1.0F);
   for (std::size_t s = 0; s < kind.series.size(); ++s) {
     const ChartSeries& series = kind.series[s];
@@ -259,8 +272,6 @@ void LiveChart::rebuild() {
     vtkPlotLine* plot = add_line(table_, static_cast<int>(s) + 1, series.color[0], series.color[1],
                                  series.color[2], 1.6F);
     plot->SetLabel(series.name);
-    plot->SetTooltipLabelFormat(run_ == RunKind::kMotion ? "%l: %y at %x s"
-                                                         : "%l: %y at load factor %x");
     plots_.push_back(plot);
 
     auto* check = new QCheckBox(QString::fromStdString(series.name), legend_box_);
@@ -292,7 +303,10 @@ void LiveChart::fill() {
     const std::vector<double>& from =
         c == 0 ? thinned.time : thinned.values[static_cast<std::size_t>(c) - 1];
     array->SetNumberOfTuples(count);
-    std::copy(from.begin(), from.end(), array->GetPointer(0));
+    std::transform(from.begin(), from.end(), array->GetPointer(0), [&](double value) {
+      if (c == 0 || !logarithmic_) return value;
+      return value == 0.0 ? kNaN : std::log10(std::abs(value));
+    });
     array->Modified();
   }
   table_->Modified();
@@ -318,6 +332,42 @@ void LiveChart::draw() {
 
 QWidget* LiveChart::canvas() const {
   return widget_;
+}
+
+std::array<int, 2> LiveChart::axis_ends() const {
+  vtkAxis* x = chart_->GetAxis(vtkAxis::BOTTOM);
+  const double ratio = widget_->devicePixelRatioF();
+  return {static_cast<int>(x->GetPoint1()[0] / ratio), static_cast<int>(x->GetPoint2()[0] / ratio)};
+}
+
+double LiveChart::time_at(double x) const {
+  const auto [first, last] = axis_ends();
+  const auto ranges = axis_ranges();
+  return ranges[0] + (x - first) / std::max(last - first, 1) * (ranges[1] - ranges[0]);
+}
+
+// The values of the visible series in the row that is nearest to the mouse, and the edits there.
+void LiveChart::show_values(const QPoint& place) {
+  const double time = time_at(place.x());
+  const auto next = std::lower_bound(rows_.begin(), rows_.end(), time,
+                                     [](const HistoryRow& row, double t) { return row.time < t; });
+  if (next == rows_.end() && rows_.empty()) return QToolTip::hideText();
+  const HistoryRow& row = next == rows_.end() ? rows_.back() : *next;
+  QStringList lines{
+      (run_ == RunKind::kMotion ? tr("%1 s") : tr("load factor %1")).arg(row.time, 0, 'g', 5)};
+  const auto& shown = shown_[static_cast<std::size_t>(kind_)];
+  for (std::size_t s = 0; s < shown.size(); ++s) {
+    const ChartSeries& series = kind().series[s];
+    if (!shown[s]) continue;
+    lines +=
+        tr("%1: %2").arg(QString::fromStdString(series.name)).arg(series.value(row), 0, 'g', 5);
+  }
+  const double near = 4.0 * std::abs(time_at(1.0) - time_at(0.0));
+  for (const EditMark& mark : marks_) {
+    if (std::abs(mark.time - time) <= near) lines += QString::fromStdString(mark.what);
+  }
+  lines.removeDuplicates();
+  QToolTip::showText(widget_->mapToGlobal(place), lines.join(QLatin1Char('\n')), widget_);
 }
 
 std::array<double, 4> LiveChart::axis_ranges() const {
@@ -349,15 +399,12 @@ bool LiveChart::eventFilter(QObject* watched, QEvent* event) {
       pressed_ = false;
       const QPointF place = static_cast<QMouseEvent*>(event)->localPos();
       if ((place - pressed_at_).manhattanLength() < 3.0) {
-        vtkAxis* x = chart_->GetAxis(vtkAxis::BOTTOM);
-        const double ratio = widget_->devicePixelRatioF();
-        const double first = x->GetPoint1()[0];
-        const double last = x->GetPoint2()[0];
-        const double t = (place.x() * ratio - first) / (last - first);
-        if (t >= 0.0 && t <= 1.0) {
-          emit time_clicked(x->GetMinimum() + t * (x->GetMaximum() - x->GetMinimum()));
-        }
+        const double time = time_at(place.x());
+        if (time >= ranges[0] && time <= ranges[1]) emit time_clicked(time);
       }
+    }
+    if (event->type() == QEvent::MouseMove && !pressed_) {
+      show_values(static_cast<QMouseEvent*>(event)->pos());
     }
     const bool dragged = event->type() == QEvent::MouseMove && pressed_;
     if (dragged || event->type() == QEvent::Wheel) following_ = false;

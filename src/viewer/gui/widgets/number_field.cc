@@ -1,7 +1,11 @@
 #include "number_field.h"
 
+#include <QApplication>
+#include <QDateTime>
 #include <QHBoxLayout>
 #include <QKeyEvent>
+#include <QMouseEvent>
+#include <QPainter>
 #include <QSlider>
 #include <QTimer>
 #include <QToolTip>
@@ -54,7 +58,10 @@ NumberField::NumberField(const QString& what, const QString& unit, NumberRange r
   setAccessibleName(what);
   setToolTip(unit.isEmpty() ? tr("%1; allowed: %2").arg(what, text_of(range))
                             : tr("%1 in %2; allowed: %3").arg(what, unit, text_of(range)));
-  connect(this, &QLineEdit::textEdited, this, [this] { mark(false); });
+  connect(this, &QLineEdit::textEdited, this, [this] {
+    refused_ = false;
+    mark(false);
+  });
 }
 
 NumberField::NumberField(const KeyInfo& key, QWidget* parent)
@@ -64,25 +71,43 @@ NumberField::NumberField(const KeyInfo& key, QWidget* parent)
 
 QSize NumberField::sizeHint() const {
   QSize size = QLineEdit::sizeHint();
-  size.setWidth(fontMetrics().horizontalAdvance(QStringLiteral("-0.000000e-00")) + 14);
+  size.setWidth(fontMetrics().horizontalAdvance(QStringLiteral("-0.000000e-00")) + 14 +
+                textMargins().right());
   return size;
 }
 
 QSize NumberField::minimumSizeHint() const {
   QSize size = QLineEdit::minimumSizeHint();
-  size.setWidth(fontMetrics().horizontalAdvance(QStringLiteral("-0.000e-00")) + 12);
+  size.setWidth(fontMetrics().horizontalAdvance(QStringLiteral("-0.000e-00")) + 12 +
+                textMargins().right());
   return size;
 }
 
 void NumberField::set_value(double value) {
-  if (value == value_ && !empty_) return;
+  if (drag_) return;
+  if (value == value_ && !empty_ && !instead_) return;
   value_ = value;
   empty_ = false;
-  if (!(hasFocus() && isModified())) restore();
+  instead_.reset();
+  if (!refused_ && !(hasFocus() && isModified())) restore();
+}
+
+void NumberField::set_text_value(const QString& text) {
+  if (instead_ == text) return;
+  instead_ = text;
+  empty_ = false;
+  if (!refused_ && !(hasFocus() && isModified())) restore();
+}
+
+void NumberField::show_refused() {
+  refused_ = true;
+  setModified(true);
+  mark(true);
 }
 
 void NumberField::restore() {
-  setText(number(value_));
+  refused_ = false;
+  setText(instead_ ? *instead_ : number(value_));
   setModified(false);
   mark(false);
 }
@@ -95,6 +120,7 @@ void NumberField::mark(bool wrong) {
 void NumberField::commit() {
   if (!isModified()) return;
   bool is_number = false;
+  if (instead_ && text().trimmed() == *instead_) return restore();
   const QString typed = text().trimmed().replace(QLatin1Char(','), QLatin1Char('.'));
   const double value = typed.toDouble(&is_number);
   if (exceeds_numbers(typed)) {
@@ -104,15 +130,85 @@ void NumberField::commit() {
                : tr("is too large; the largest number is %1").arg(Limits::max()));
     return;
   }
+  if (!is_number && take_other_ && take_other_(text().trimmed())) {
+    if (!refused_) setModified(false);
+    return;
+  }
   if (!is_number || !range_.contains(value)) {
     refuse(tr("is not possible; allowed: %1%2")
                .arg(text_of(range_), unit_.isEmpty() ? QString() : QLatin1Char(' ') + unit_));
     return;
   }
   setModified(false);
-  if (value != value_) {
+  if (value != value_ || instead_) {
     value_ = value;
+    instead_.reset();
     emit entered(value);
+  }
+}
+
+void NumberField::set_draggable() {
+  draggable_ = true;
+  setCursor(Qt::SizeHorCursor);
+  if (!unit_.isEmpty()) {
+    setTextMargins(0, 0, fontMetrics().horizontalAdvance(unit_) + 4, 0);
+  }
+}
+
+void NumberField::paintEvent(QPaintEvent* event) {
+  QLineEdit::paintEvent(event);
+  if (!draggable_ || unit_.isEmpty()) return;
+  QPainter painter(this);
+  painter.setPen(palette().color(QPalette::Disabled, QPalette::Text));
+  painter.drawText(rect().adjusted(0, 0, -6, 0), Qt::AlignRight | Qt::AlignVCenter, unit_);
+}
+
+// The value after the mouse has moved. A number that is 0 begins at a thousandth.
+double NumberField::dragged_value() const {
+  const double start = drag_->value;
+  const double decades = drag_->decades;
+  const double value =
+      start != 0.0 ? start * std::pow(10.0, decades)
+                   : std::copysign(1e-3 * (std::pow(10.0, std::abs(decades)) - 1.0), decades);
+  return whole_ ? std::round(value) : QString::number(value, 'g', 3).toDouble();
+}
+
+void NumberField::mousePressEvent(QMouseEvent* event) {
+  const bool begins = draggable_ && event->button() == Qt::LeftButton && !hasFocus() && !instead_;
+  if (begins) {
+    const int x = event->pos().x();
+    drag_ = Drag{.from = x, .last = x, .value = value_};
+    event->accept();
+  } else {
+    QLineEdit::mousePressEvent(event);
+  }
+}
+
+void NumberField::mouseMoveEvent(QMouseEvent* event) {
+  if (!drag_) return QLineEdit::mouseMoveEvent(event);
+  const int x = event->pos().x();
+  drag_->moved = drag_->moved || std::abs(x - drag_->from) >= QApplication::startDragDistance() / 2;
+  if (!drag_->moved) return;
+  const bool fine = (event->modifiers() & Qt::ShiftModifier) != 0;
+  drag_->decades += (x - std::exchange(drag_->last, x)) / (fine ? 10.0 : 1.0) / kPixelsPerDecade;
+  const double value = dragged_value();
+  if (value == value_ || !range_.contains(value)) return;
+  value_ = value;
+  restore();
+  const qint64 now = QDateTime::currentMSecsSinceEpoch();
+  if (now - drag_->sent_at < kEditInterval_ms) return;
+  drag_->sent_at = now;
+  emit dragged(value, {.continues_previous = std::exchange(drag_->sent, true), .goes_on = true});
+}
+
+void NumberField::mouseReleaseEvent(QMouseEvent* event) {
+  if (!drag_) return QLineEdit::mouseReleaseEvent(event);
+  const Drag drag = *std::exchange(drag_, std::nullopt);
+  if (!drag.moved) {
+    setFocus(Qt::MouseFocusReason);
+    selectAll();
+  } else if (value_ != drag.value || drag.sent) {
+    emit dragged(value_, {.continues_previous = drag.sent});
   }
 }
 
@@ -132,6 +228,7 @@ void NumberField::keyPressEvent(QKeyEvent* event) {
   }
   if (event->key() == Qt::Key_Escape) {
     restore();
+    emit given_up();
     emit finished();
     return;
   }
@@ -141,29 +238,19 @@ void NumberField::keyPressEvent(QKeyEvent* event) {
 void NumberField::focusOutEvent(QFocusEvent* event) {
   if (event->reason() != Qt::PopupFocusReason) {
     commit();
-    // A text that was refused is removed.
-    if (isModified() || !empty_) restore();
+    // A text that was refused is removed, unless its reason is shown beside it.
+    if (!refused_ && (isModified() || !empty_)) restore();
   }
   QLineEdit::focusOutEvent(event);
   if (event->reason() != Qt::PopupFocusReason) emit left();
 }
 
 NumberSlider::NumberSlider(const QString& what, const QString& unit, NumberRange allowed,
-                           double low, double high, Scale scale, QWidget* parent)
-    : NumberSlider(new NumberField(what, unit, allowed), low, high, scale, parent) {}
+                           double low, double high, QWidget* parent)
+    : NumberSlider(new NumberField(what, unit, allowed), low, high, parent) {}
 
-NumberSlider::NumberSlider(const KeyInfo& key, double low, double high, Scale scale,
-                           QWidget* parent)
-    : NumberSlider(new NumberField(key), low, high, scale, parent) {}
-
-NumberSlider::NumberSlider(NumberField* field, double low, double high, Scale scale,
-                           QWidget* parent)
-    : QWidget(parent),
-      field_(field),
-      edit_timer_(new QTimer(this)),
-      low_(low),
-      high_(high),
-      scale_(scale) {
+NumberSlider::NumberSlider(NumberField* field, double low, double high, QWidget* parent)
+    : QWidget(parent), field_(field), edit_timer_(new QTimer(this)), low_(low), high_(high) {
   // The Tab key follows the order in which children are added.
   field_->setParent(this);
   slider_ = new QSlider(Qt::Horizontal, this);
@@ -185,12 +272,11 @@ NumberSlider::NumberSlider(NumberField* field, double low, double high, Scale sc
   connect(slider_, &QSlider::sliderReleased, this, [this] {
     slider_moved();
     moving_ = false;
-    recenter();
   });
   connect(edit_timer_, &QTimer::timeout, this, &NumberSlider::slider_moved);
   connect(field_, &NumberField::entered, this, [this](double value) {
-    recenter();
-    emit entered(value, false);
+    move_slider();
+    emit entered(value, {});
   });
   connect(field_, &NumberField::refused, this, &NumberSlider::refused);
 }
@@ -198,33 +284,21 @@ NumberSlider::NumberSlider(NumberField* field, double low, double high, Scale sc
 void NumberSlider::set_value(double value) {
   if (edit_timer_->isActive() || slider_->isSliderDown()) return;  // the user is changing the value
   field_->set_value(value);
-  recenter();
+  move_slider();
 }
 
-// Moves the slider to the place of the present number.
-void NumberSlider::recenter() {
-  if (slider_->isSliderDown()) return;
+void NumberSlider::move_slider() {
   const QSignalBlocker quiet(slider_);
-  start_ = field_->value();
-  slider_->setValue(step_of(start_));
+  slider_->setValue(step_of(field_->value()));
 }
 
 double NumberSlider::value_at(int step) const {
   const double t = static_cast<double>(step) / kSliderSteps;
-  const double value = scale_ == Scale::kLogarithmic
-                           ? start_ * std::pow(10.0, (t - 0.5) * decades())
-                           : low_ + t * (high_ - low_);
-  return QString::number(value, 'g', 3).toDouble();  // the resolution of the slider
-}
-
-double NumberSlider::decades() const {
-  return std::max(1.0, slider_->width() / kPixelsPerDecade);
+  return QString::number(low_ + t * (high_ - low_), 'g', 3).toDouble();  // its resolution
 }
 
 int NumberSlider::step_of(double value) const {
-  const double t = scale_ == Scale::kLogarithmic
-                       ? (value > 0.0 ? 0.5 + std::log10(value / start_) / decades() : 0.0)
-                       : (value - low_) / (high_ - low_);
+  const double t = (value - low_) / (high_ - low_);
   return static_cast<int>(std::lround(std::clamp(t, 0.0, 1.0) * kSliderSteps));
 }
 
@@ -232,12 +306,10 @@ void NumberSlider::slider_moved() {
   edit_timer_->stop();
   if (step_of(field_->value()) == slider_->value()) return;
   const double value = value_at(slider_->value());
-  if (!field_->range().contains(value)) return recenter();
   field_->setModified(false);
   field_->set_value(value);
-  emit entered(value, moving_);
+  emit entered(value, {.continues_previous = moving_, .goes_on = slider_->isSliderDown()});
   moving_ = slider_->isSliderDown();
-  recenter();
 }
 
 }  // namespace tetraction::viewer

@@ -4,6 +4,9 @@
 #include <QLineEdit>
 #include <QString>
 #include <QWidget>
+#include <functional>
+#include <optional>
+#include <utility>
 
 #include "tetraction/core/number_range.h"
 
@@ -15,6 +18,12 @@ struct KeyInfo;
 }
 
 namespace tetraction::viewer {
+
+/// Where a value stands in a drag of the mouse, whose values belong together.
+struct InputStage {
+  bool continues_previous = false;  ///< it replaces the value before it
+  bool goes_on = false;             ///< others follow
+};
 
 /// A field for a number. The value changes when the user presses Return or leaves the field. If the
 /// text is not a number or is out of range, the field refuses it and shows the allowed range.
@@ -35,19 +44,40 @@ class NumberField : public QLineEdit {
   const QString& unit() const { return unit_; }
   const NumberRange& range() const { return range_; }
 
+  /// Shows a text in place of a number, such as "auto" or nothing, unless the user is typing.
+  void set_text_value(const QString& text);
+  /// A function that may take a text that is no number. It returns whether it has taken it.
+  void set_other_texts(std::function<bool(const QString&)> take) { take_other_ = std::move(take); }
+  /// Shows the unit inside the field. A drag of the mouse then changes the number: by a decade in 60
+  /// pixels, with Shift in 600.
+  void set_draggable();
+  /// Drags change it by whole numbers.
+  void set_whole() { whole_ = true; }
+  /// Marks the text as refused. It stays until the user changes it.
+  void show_refused();
+  bool is_refused() const { return refused_; }
+
  signals:
+  /// A drag has changed the value.
+  void dragged(double value, tetraction::viewer::InputStage stage);
   /// The user entered another value.
   void entered(double value);
   /// The user entered a value that is not allowed. The argument is the message.
   void refused(const QString& message);
   /// The user has pressed Return or Escape.
   void finished();
+  /// Before it, the user has pressed Escape.
+  void given_up();
   /// The field has lost the focus.
   void left();
 
  protected:
   void keyPressEvent(QKeyEvent* event) override;
   void focusOutEvent(QFocusEvent* event) override;
+  void mousePressEvent(QMouseEvent* event) override;
+  void mouseMoveEvent(QMouseEvent* event) override;
+  void mouseReleaseEvent(QMouseEvent* event) override;
+  void paintEvent(QPaintEvent* event) override;
   QSize sizeHint() const override;
   QSize minimumSizeHint() const override;
 
@@ -60,22 +90,35 @@ class NumberField : public QLineEdit {
   QString what_, unit_;
   NumberRange range_;
   double value_ = 0.0;
-  bool empty_ = true;  // whether no value has been set yet
+  bool empty_ = true;               // whether no value has been set yet
+  std::optional<QString> instead_;  // the text in place of a number
+  std::function<bool(const QString&)> take_other_;
+  bool refused_ = false;  // whether the text stays although it was refused
+  bool draggable_ = false;
+  bool whole_ = false;
+  struct Drag {
+    int from = 0;
+    int last = 0;  // place of the mouse
+    double value = 0.0;
+    double decades = 0.0;
+    bool moved = false;
+    bool sent = false;
+    qint64 sent_at = 0;  // ms
+  };
+  double dragged_value() const;
+  std::optional<Drag> drag_;
 };
 
 /// The tooltip of a scene key: its help text and its range.
 QString key_tip(const KeyInfo& key);
 
-/// A field with a slider for the usual range of the number. A logarithmic slider changes the number
-/// relative to what it is: a decade for 60 pixels. Afterwards it is in the middle again.
+/// A field with a slider for the usual range of the number.
 class NumberSlider : public QWidget {
   Q_OBJECT
 
  public:
-  enum class Scale { kLinear, kLogarithmic };
   NumberSlider(const QString& what, const QString& unit, NumberRange allowed, double low,
-               double high, Scale scale, QWidget* parent = nullptr);
-  NumberSlider(const KeyInfo& key, double low, double high, Scale scale, QWidget* parent = nullptr);
+               double high, QWidget* parent = nullptr);
 
   double value() const { return field_->value(); }
   void set_value(double value);
@@ -83,26 +126,22 @@ class NumberSlider : public QWidget {
   QSlider* slider() const { return slider_; }
 
  signals:
-  /// The user entered another value. `continues_previous`: the slider is still moving, and this value
-  /// replaces the previous one.
-  void entered(double value, bool continues_previous);
+  /// The user entered another value.
+  void entered(double value, tetraction::viewer::InputStage stage);
   void refused(const QString& message);
 
  private:
-  NumberSlider(NumberField* field, double low, double high, Scale scale, QWidget* parent);
+  NumberSlider(NumberField* field, double low, double high, QWidget* parent);
   double value_at(int step) const;
   int step_of(double value) const;
-  double decades() const;
-  void recenter();
+  void move_slider();
   void slider_moved();
 
   NumberField* field_;
   QSlider* slider_;
   QTimer* edit_timer_;  // limits the rate of values of a moving slider
   bool moving_ = false;
-  double low_, high_;   // of a linear slider
-  double start_ = 1.0;  // of a logarithmic slider: the number in its middle
-  Scale scale_;
+  double low_, high_;
 };
 
 }  // namespace tetraction::viewer

@@ -22,12 +22,10 @@
 #include "tetraction/core/error.h"
 #include "viewer/gui/body/body_view.h"
 #include "viewer/gui/chart/live_chart.h"
-#include "viewer/gui/panels/control_panel.h"
 #include "viewer/gui/panels/drawing_panel.h"
-#include "viewer/gui/panels/material_panel.h"
-#include "viewer/gui/panels/surroundings_panel.h"
 #include "viewer/gui/panels/vertex_panel.h"
-#include "viewer/gui/replay/replay_bar.h"
+#include "viewer/gui/scene/scene_panels.h"
+#include "viewer/gui/transport/transport_bar.h"
 
 namespace tetraction::viewer {
 namespace {
@@ -42,10 +40,8 @@ constexpr qint64 kSlowUpdate_ms = 150;  // interval of the updates of charts, fi
 MainWindow::MainWindow()
     : view_(new BodyView(this)),
       messages_(new MessageStrip(view_->canvas())),
-      replay_bar_(new ReplayBar(this)),
-      control_(new ControlPanel(this)),
-      material_(new MaterialPanel(this)),
-      surroundings_(new SurroundingsPanel(this)),
+      transport_(new TransportBar(this)),
+      scene_(new ScenePanels(this)),
       vertex_(new VertexPanel(this)),
       drawing_(new DrawingPanel(this)),
       chart_(new LiveChart(this)),
@@ -59,8 +55,7 @@ MainWindow::MainWindow()
   column->setContentsMargins(0, 0, 0, 0);
   column->setSpacing(0);
   column->addWidget(view_, 1);
-  column->addWidget(replay_bar_);
-  replay_bar_->hide();
+  column->addWidget(transport_);
   setCentralWidget(center);
   statusBar()->addWidget(status_body_, 1);
   status_recording_->setObjectName(QStringLiteral("recording_sign"));
@@ -73,6 +68,7 @@ MainWindow::MainWindow()
   make_docks();
   make_actions();
   connect_panels();
+  connect_transport();
   connect_view();
   restore_window();
   set_drawing(drawing_->drawing());
@@ -109,7 +105,7 @@ void MainWindow::set_drawing(const DrawingSettings& drawing) {
   const bool other_field = drawing.field != view_->drawing().field;
   view_->set_drawing(drawing);
   if (simulation_) simulation_->set_color_field(drawing.field);
-  if (replay_ && other_field) show_frame(static_cast<std::size_t>(replay_bar_->frame()));
+  if (replay_ && other_field) show_frame(transport_->frame());
   if (drawing.automatic_range) drawing_->show_range(view_->color_low(), view_->color_high());
 }
 
@@ -117,10 +113,11 @@ void MainWindow::show_frame(std::size_t frame) {
   if (!replay_) return;
   try {
     show_snapshot(replay_->frame(frame, view_->drawing().field));
+    transport_->show_frame(frame);
     chart_->set_cursor(replay_->times()[frame]);
     chart_->refresh();
   } catch (const Error& error) {
-    replay_bar_->play(false);
+    transport_->play(false);
     show_error(QString::fromUtf8(error.what()));
   }
 }
@@ -139,6 +136,8 @@ void MainWindow::poll() {
       history_rows_ = 0;
       messages_->clear();
       shown_pause_ = Pause::kNone;
+      if (&simulation_->mesh() != shown_mesh_) show_other_mesh();
+      chart_->set_probes(chart_probes(simulation_->scene().probe));
       if (const auto act = std::exchange(after_new_body_, {})) act();
     }
     if (snapshot->generation != shown_generation_) {
@@ -162,7 +161,7 @@ void MainWindow::show_snapshot(const std::shared_ptr<const Snapshot>& snapshot) 
 
 // Returns to the start. Tells the user what this loses, with a button that saves the recorded edits.
 void MainWindow::restart() {
-  if (replay_) replay_bar_->set_frame(0);
+  if (replay_) transport_->go_to(replay_->times().front());
   if (!simulation_) return;
   std::shared_ptr<const Scene> recorded;
   if (simulation_->edited_since(saved_edits_) && simulation_->peek()->step > 0) {
@@ -209,13 +208,13 @@ void MainWindow::update_slow_parts() {
   pictures_before_ = pictures;
   states_shown_ = 0;
   if (const auto state = view_->state()) {
-    control_->show_state(*state);
     vertex_->show_state(*state);
     if (drawing_->drawing().automatic_range) {
       drawing_->show_range(view_->color_low(), view_->color_high());
     }
   }
   check_pictures();
+  update_transport();
   if (!simulation_) return;
   if (!run_folder_.isEmpty() && !simulation_->observed()) report_end_of_run_recording();
 
@@ -231,16 +230,14 @@ void MainWindow::update_slow_parts() {
   chart_->refresh();
 
   const Settings settings = simulation_->settings();
-  control_->show_settings(settings);
-  material_->show_settings(settings);
-  surroundings_->show_settings(settings);
+  if (const auto state = view_->state()) scene_->update(*state, selection_);
   const bool attraction = settings.environment.kind == EnvironmentKind::kAttraction;
   if (attraction != shown_attraction_) {
     shown_attraction_ = attraction;
     view_->set_attraction(attraction);
     view_->render();  // a paused simulation causes no other picture
   }
-  show_notices();
+  if (simulation_->body() == shown_body_) show_notices();  // a new run clears the messages
   update_actions();
 }
 
@@ -274,7 +271,7 @@ bool MainWindow::eventFilter(QObject* watched, QEvent* event) {
 void MainWindow::closeEvent(QCloseEvent* event) {
   // A field with the focus enters its number now, so that the number counts as an edit.
   if (QWidget* field = focusWidget()) field->clearFocus();
-  if (!may_lose_edits()) {
+  if (asks_ && !may_lose_edits()) {
     event->ignore();
     return;
   }
@@ -287,9 +284,15 @@ void MainWindow::closeEvent(QCloseEvent* event) {
   closed_within_step_ = simulation_ && !simulation_->end(kWaitForStep_s);
   if (!closed_within_step_) {
     edits_.reset();
+    scene_->set_simulation(nullptr);
     simulation_.reset();
   }
   QMainWindow::closeEvent(event);
+}
+
+void MainWindow::close_without_question() {
+  asks_ = false;
+  close();
 }
 
 void MainWindow::dragEnterEvent(QDragEnterEvent* event) {

@@ -22,13 +22,11 @@ class QStackedWidget;
 namespace tetraction::viewer {
 
 class BodyView;
-class ControlPanel;
 class DrawingPanel;
 class LiveChart;
-class MaterialPanel;
 struct PictureQueue;
-class ReplayBar;
-class SurroundingsPanel;
+class ScenePanels;
+class TransportBar;
 class VertexPanel;
 enum class Tool;
 
@@ -52,6 +50,8 @@ class MainWindow : public QMainWindow {
   /// Shows a document. Throws InputError.
   void show_document(Document document);
 
+  /// Closes the window; edits that are not saved are lost.
+  void close_without_question();
   /// Whether the window was closed in a step that could not be given up soon. The recording is complete
   /// then. The program should end without the destructor, which waits for the solver.
   bool closed_within_step() const { return closed_within_step_; }
@@ -61,6 +61,8 @@ class MainWindow : public QMainWindow {
   const Replay* replay() const { return replay_.get(); }
   BodyView* body_view() { return view_; }
   LiveChart* chart() { return chart_; }
+  ScenePanels* scene_panels() { return scene_; }
+  TransportBar* transport() { return transport_; }
   MessageStrip* messages() { return messages_; }
   const std::vector<Index>& selection() const { return selection_; }
   void select(std::vector<Index> vertices);
@@ -68,11 +70,14 @@ class MainWindow : public QMainWindow {
   /// false.
   bool save_scene(const QString& path);
   /// Starts to save every picture as a PNG file. The folder is made if it does not exist. It must not
-  /// contain pictures of an earlier recording.
-  void record_pictures(const QString& folder);
+  /// contain pictures of an earlier recording. If `path` ends with .webm or .mp4, ffmpeg makes a film of the
+  /// pictures. An empty size is that of the view.
+  void record_pictures(const QString& path, const QSize& size = {});
   /// Starts to write all files that `tetraction run` would write, with a frame every `frame_every`
   /// steps.
   void record_run(const QString& folder, int frame_every);
+  /// Records the next simulation in this folder, with a frame after each output.every steps of its scene.
+  void record_from_start(const QString& folder) { record_from_start_ = folder; }
   /// Ends either recording.
   void stop_recording();
   /// Shows the latest state of the simulation. The timer calls it.
@@ -93,13 +98,18 @@ class MainWindow : public QMainWindow {
   void connect_panels();
   void connect_view();
 
+  // window_transport.cc
+  void connect_transport();
+  void update_transport();
+  void show_running(bool running);
+
   // window_opening.cc
   void finish_opening();
-  void show_simulation(std::unique_ptr<Simulation> simulation,
-                       std::shared_ptr<const BodyShape> shape);
+  void show_simulation(Opened opened);
   void show_replay(std::unique_ptr<Replay> replay, std::shared_ptr<const BodyShape> shape);
   void begin_body(const TetMesh& mesh, std::shared_ptr<const BodyShape> shape);
   void show_mesh_message();
+  void show_other_mesh();
   void ask_scale();
   bool may_lose_edits();
   void begin_opening(const QString& path, std::optional<double> scale);
@@ -148,6 +158,7 @@ class MainWindow : public QMainWindow {
   bool write(const Scene& scene, const QString& path);
   void ask_save_screenshot();
   void ask_record_pictures(bool on);
+  void ask_record_film();
   void ask_record_run(bool on);
   void stop_pictures();
   void check_pictures();
@@ -171,6 +182,7 @@ class MainWindow : public QMainWindow {
   // The data that were shown last.
   std::uint64_t shown_generation_ = 0;
   std::uint64_t shown_body_ = 0;
+  const TetMesh* shown_mesh_ = nullptr;
   std::size_t shown_history_ = 0;
   std::size_t history_rows_ = 0;
   bool failed_ = false;
@@ -181,19 +193,19 @@ class MainWindow : public QMainWindow {
   QElapsedTimer since_slow_, since_picture_;
   std::uint64_t pictures_before_ = 0;
   int states_shown_ = 0;    // since the last update of the rate
-  QString picture_folder_;  // empty if pictures are not recorded
+  QString picture_folder_;  // or the file of a film; empty if pictures are not recorded
   std::size_t pictures_recorded_ = 0;
   double picture_interval_ = 0.0;  // of a recording, simulated s
   double next_picture_ = -1.0;     // number of the interval of the last one
   std::shared_ptr<PictureQueue> picture_queue_;
   QString run_folder_;  // empty if the run is not recorded
+  QString record_from_start_;
+  bool asks_ = true;  // before edits are lost
 
   BodyView* view_;
   MessageStrip* messages_;
-  ReplayBar* replay_bar_;
-  ControlPanel* control_;
-  MaterialPanel* material_;
-  SurroundingsPanel* surroundings_;
+  TransportBar* transport_;
+  ScenePanels* scene_;
   VertexPanel* vertex_;
   DrawingPanel* drawing_;
   LiveChart* chart_;
@@ -201,8 +213,8 @@ class MainWindow : public QMainWindow {
   std::vector<QStackedWidget*> live_pages_;  // panels of a simulation, and a text for a replay
 
   QMenu *view_menu_, *recent_;
-  QAction *undo_, *redo_, *fix_, *unfix_, *run_, *step_, *restart_, *reload_, *go_back_, *scale_,
-      *save_scene_, *record_pictures_, *record_run_;
+  QAction *undo_, *redo_, *fix_, *unfix_, *run_, *step_, *restart_, *reload_, *go_back_, *back_,
+      *continue_, *scale_, *save_scene_, *record_pictures_, *record_film_, *record_run_;
   std::vector<QAction*> live_only_;  // actions that need a simulation
 };
 

@@ -6,6 +6,7 @@
 #include <system_error>
 #include <utility>
 
+#include "io/text/text_scanner.h"
 #include "tetraction/core/error.h"
 
 namespace tetraction::viewer {
@@ -32,7 +33,11 @@ Opened open_file(const std::string& path, std::optional<double> scale) {
         "{}: a scale is for a mesh file. In a scene, mesh.scale multiplies the coordinates.",
         path));
   }
-  if (kind == DocumentKind::kScene) return set_up(open_scene(path));
+  if (kind == DocumentKind::kScene) {
+    Opened opened = set_up(open_scene(path));
+    opened.off = off_entries_in(read_file(path));
+    return opened;
+  }
   if (kind == DocumentKind::kMesh) {
     Opened opened = set_up(open_mesh(path, scale.value_or(1.0)));
     opened.mesh_scale = scale.value_or(1.0);

@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 
+#include "document/off_entries.h"
 #include "documents.h"
 #include "viewer/gui/body/body_shape.h"
 #include "viewer/gui/replay/replay.h"
@@ -17,6 +18,7 @@ struct Opened {
   std::unique_ptr<Simulation> simulation;
   std::unique_ptr<Replay> replay;
   std::shared_ptr<const BodyShape> shape;
+  std::vector<OffEntry> off;         ///< entries of a scene that are switched off
   std::optional<double> mesh_scale;  ///< the scale of a mesh that was opened without a scene
 };
 

@@ -19,12 +19,10 @@
 
 #include "main_window.h"
 #include "viewer/gui/body/body_view.h"
-#include "viewer/gui/panels/control_panel.h"
 #include "viewer/gui/panels/drawing_panel.h"
-#include "viewer/gui/panels/material_panel.h"
-#include "viewer/gui/panels/surroundings_panel.h"
 #include "viewer/gui/panels/vertex_panel.h"
-#include "viewer/gui/replay/replay_bar.h"
+#include "viewer/gui/scene/scene_panels.h"
+#include "viewer/gui/transport/transport_bar.h"
 
 namespace tetraction::viewer {
 namespace {
@@ -84,6 +82,9 @@ void MainWindow::make_file_menu() {
   record_pictures_ = file->addAction(tr("Record &pictures (PNG)…"));
   record_pictures_->setCheckable(true);
   connect(record_pictures_, &QAction::toggled, this, &MainWindow::ask_record_pictures);
+  record_film_ =
+      file->addAction(tr("Record fi&lm (WebM, MP4)…"), this, &MainWindow::ask_record_film);
+  record_film_->setStatusTip(tr("Needs the program ffmpeg. The entry for pictures ends it"));
   record_run_ = file->addAction(tr("Record &run (VTU, PVD, CSV)…"));
   record_run_->setCheckable(true);
   live_only_.push_back(record_run_);
@@ -144,7 +145,7 @@ void MainWindow::make_simulation_menu() {
   run_ = menu->addAction(
       tr("&Run or pause"), this,
       [this] {
-        if (replay_) replay_bar_->play(!replay_bar_->playing());
+        if (replay_) transport_->play(!transport_->playing());
         if (!simulation_) return;
         if (simulation_->peek()->running) {
           simulation_->pause();
@@ -157,9 +158,10 @@ void MainWindow::make_simulation_menu() {
       tr("&Step"), this,
       [this] {
         if (simulation_) simulation_->step();
-        if (replay_) replay_bar_->forward();
+        if (replay_) transport_->go(1);
       },
       QKeySequence(tr("S")));
+  step_->setToolTip(tr("One time step, or one frame (S)"));
   go_back_ = menu->addAction(
       tr("&Back to the last good state"), this,
       [this] {
@@ -167,6 +169,20 @@ void MainWindow::make_simulation_menu() {
       },
       QKeySequence(tr("B")));
   go_back_->setEnabled(false);
+  // The same key: one of the two is enabled.
+  back_ = menu->addAction(
+      tr("Bac&k to the state before"), this, [this] { transport_->go(-1); }, QKeySequence(tr("B")));
+  back_->setToolTip(tr("Back by one kept state, or one frame (B)"));
+  continue_ = menu->addAction(
+      tr("&Continue from here"), this,
+      [this] {
+        if (simulation_) simulation_->continue_here();
+      },
+      QKeySequence(tr("Shift+Space")));
+  continue_->setToolTip(
+      tr("Continues from the state that is shown, with the settings of now. Undo "
+         "brings the later states back (Shift+Space)"));
+  continue_->setVisible(false);
   menu->addSeparator();
   restart_ = menu->addAction(tr("R&estart"), this, &MainWindow::restart, QKeySequence(tr("R")));
   restart_->setToolTip(
@@ -211,10 +227,6 @@ void MainWindow::make_tools() {
   bar->setObjectName(QStringLiteral("tools"));
   bar->setMovable(false);
   bar->setToolButtonStyle(Qt::ToolButtonTextOnly);
-  bar->addAction(run_);
-  bar->addAction(step_);
-  bar->addAction(restart_);
-  bar->addSeparator();
   auto* group = new QActionGroup(this);
   const auto add = [&](const QString& name, const QString& key, const QString& tip, Tool tool) {
     QAction* action = bar->addAction(name);
@@ -262,10 +274,11 @@ void MainWindow::update_actions() {
   fix_->setEnabled(live && !selection_.empty());
   unfix_->setEnabled(live && !selection_.empty());
   for (QAction* action : {run_, step_, restart_, reload_}) action->setEnabled(live || replay_);
+  back_->setEnabled((live || replay_) && !failed_);
+  continue_->setEnabled(live && continue_->isVisible());
   for (QStackedWidget* pages : live_pages_) pages->setCurrentIndex(replay_ ? 1 : 0);
-  control_->setEnabled(live);
-  material_->setEnabled(live);
-  surroundings_->setEnabled(live);
+  scene_->tree()->setEnabled(live);
+  scene_->inspector()->setEnabled(live);
   vertex_->set_editable(live);
 }
 
@@ -299,7 +312,9 @@ void MainWindow::show_keys() {
          "<tr><td><b>R</b></td><td>restart: back to the scene's start, with the settings of "
          "now</td></tr>"
          "<tr><td><b>Ctrl+R</b></td><td>reload the scene; edits are forgotten</td></tr>"
-         "<tr><td><b>B</b></td><td>after a failure: back to the last good state</td></tr>"
+         "<tr><td><b>B</b></td><td>back by one kept state; after a failure: to the last good "
+         "state</td></tr>"
+         "<tr><td><b>Shift+Space</b></td><td>continue from the state that is shown</td></tr>"
          "<tr><td><b>F, U</b></td><td>fix, unfix the selection</td></tr>"
          "<tr><td><b>Ctrl+Z, Ctrl+Shift+Z</b></td><td>undo, redo</td></tr>"
          "<tr><td><b>Ctrl+A, Ctrl+Shift+A</b></td><td>select all, none</td></tr>"
@@ -320,7 +335,8 @@ void MainWindow::restore_window() {
   QSettings settings;
   const QSize room = QGuiApplication::primaryScreen()->availableSize();
   resize(QSize(1280, 800).boundedTo(room));
-  resizeDocks({findChild<QDockWidget*>(QStringLiteral("dock_run"))}, {kPanelWidth}, Qt::Horizontal);
+  resizeDocks({findChild<QDockWidget*>(QStringLiteral("dock_scene"))}, {kPanelWidth},
+              Qt::Horizontal);
   resizeDocks({findChild<QDockWidget*>(QStringLiteral("dock_charts"))}, {kChartHeight},
               Qt::Vertical);
   restoreGeometry(settings.value(QStringLiteral("geometry")).toByteArray());

@@ -13,10 +13,10 @@
 #include "opened_file.h"
 #include "viewer/gui/body/body_view.h"
 #include "viewer/gui/chart/live_chart.h"
-#include "viewer/gui/panels/control_panel.h"
 #include "viewer/gui/panels/drawing_panel.h"
 #include "viewer/gui/panels/vertex_panel.h"
-#include "viewer/gui/replay/replay_bar.h"
+#include "viewer/gui/scene/scene_panels.h"
+#include "viewer/gui/transport/transport_bar.h"
 
 namespace tetraction::viewer {
 namespace {
@@ -67,7 +67,7 @@ void MainWindow::finish_opening() {
     if (opened.replay) {
       show_replay(std::move(opened.replay), std::move(opened.shape));
     } else {
-      show_simulation(std::move(opened.simulation), std::move(opened.shape));
+      show_simulation(std::move(opened));
     }
     path_ = path;
     mesh_scale_ = mesh_scale;
@@ -87,7 +87,7 @@ void MainWindow::show_mesh_message() {
   if (*mesh_scale_ != 1.0) text += tr(", scaled by %1").arg(*mesh_scale_);
   text +=
       tr(". It is of rubber (1 MPa), free and without gravity: to hold it, select vertices and "
-         "press F; Material and World have the rest. If its unit is not the metre, scale it.");
+         "press F; the tree of the scene has the rest. If its unit is not the metre, scale it.");
   messages_->show_message(MessageStrip::Kind::kNote, text, QStringLiteral("mesh"),
                           {{tr("Scale…"), [this] { ask_scale(); }}});
 }
@@ -142,51 +142,59 @@ void MainWindow::reload() {
 void MainWindow::show_replay(std::unique_ptr<Replay> replay,
                              std::shared_ptr<const BodyShape> shape) {
   edits_.reset();
+  scene_->set_simulation(nullptr);
   simulation_.reset();
   mesh_scale_.reset();
   replay_ = std::move(replay);
   begin_body(replay_->mesh(), std::move(shape));
-  replay_bar_->set_times(replay_->times(), replay_->kind());
-  replay_bar_->show();
+  transport_->begin_replay(replay_->times(), replay_->kind());
   chart_->set_probes(replay_->probes(), replay_->kind());
   chart_->append(replay_->history());
   show_frame(0);
 }
 
 void MainWindow::show_document(Document document) {
-  Opened opened = set_up(std::move(document));
-  show_simulation(std::move(opened.simulation), std::move(opened.shape));
+  show_simulation(set_up(std::move(document)));
 }
 
-void MainWindow::show_simulation(std::unique_ptr<Simulation> simulation,
-                                 std::shared_ptr<const BodyShape> shape) {
+void MainWindow::show_simulation(Opened opened) {
   edits_.reset();
+  scene_->set_simulation(nullptr);
   replay_.reset();
-  simulation_ = std::move(simulation);
+  simulation_ = std::move(opened.simulation);
   edits_ = std::make_unique<VertexEdits>(*simulation_);
   saved_edits_ = 0;
   path_.clear();
   mesh_scale_.reset();
-  replay_bar_->play(false);
-  replay_bar_->hide();
+  transport_->begin_simulation();
   const Scene& scene = simulation_->scene();
   const Settings settings = simulation_->settings();
   vertex_->suggest_arrows(simulation_->mesh(), settings.moduli.front().least,
                           settings.mean_density);
   simulation_->set_color_field(drawing_->drawing().field);
-  simulation_->set_steps_per_snapshot(control_->steps_between_pictures());
-  simulation_->set_speed_limit(control_->speed_limit());
+  simulation_->set_steps_per_snapshot(transport_->steps_per_picture());
+  simulation_->set_speed_limit(transport_->speed());
   simulation_->set_pauses(true, true);
-  begin_body(simulation_->mesh(), std::move(shape));
+  begin_body(simulation_->mesh(), std::move(opened.shape));
   chart_->set_probes(chart_probes(scene.probe));
   shown_body_ = simulation_->peek()->body;
+  scene_->set_simulation(simulation_.get(), std::move(opened.off));
+  if (!record_from_start_.isEmpty()) {
+    record_run(std::exchange(record_from_start_, {}), static_cast<int>(scene.output.every));
+  }
   update_title();
   update_actions();
   poll();
   update_slow_parts();
 }
 
+// The mesh of the scene was changed.
+void MainWindow::show_other_mesh() {
+  begin_body(simulation_->mesh(), make_body_shape(simulation_->mesh()));
+}
+
 void MainWindow::begin_body(const TetMesh& mesh, std::shared_ptr<const BodyShape> shape) {
+  shown_mesh_ = &mesh;
   messages_->clear();
   shown_pause_ = Pause::kNone;
   edit_warnings_.clear();

@@ -13,12 +13,9 @@
 #include "main_window.h"
 #include "viewer/gui/body/body_view.h"
 #include "viewer/gui/chart/live_chart.h"
-#include "viewer/gui/panels/control_panel.h"
 #include "viewer/gui/panels/drawing_panel.h"
-#include "viewer/gui/panels/material_panel.h"
-#include "viewer/gui/panels/surroundings_panel.h"
 #include "viewer/gui/panels/vertex_panel.h"
-#include "viewer/gui/replay/replay_bar.h"
+#include "viewer/gui/scene/scene_panels.h"
 #include "viewer/gui/widgets/number_field.h"
 #include "viewer/gui/widgets/panel_area.h"
 
@@ -29,7 +26,6 @@ void MainWindow::make_docks() {
   setTabPosition(Qt::RightDockWidgetArea, QTabWidget::North);
   setCorner(Qt::BottomLeftCorner, Qt::LeftDockWidgetArea);
   setCorner(Qt::BottomRightCorner, Qt::RightDockWidgetArea);
-  QDockWidget* first = nullptr;
   // Settings of a simulation, or a text while a run is replayed, which has none that could be changed.
   const auto live = [this](QWidget* panel) {
     auto* pages = new QStackedWidget(this);
@@ -47,30 +43,34 @@ void MainWindow::make_docks() {
     live_pages_.push_back(pages);
     return pages;
   };
-  const auto add = [&](QWidget* panel, const QString& title, const char* name) {
+  const auto add = [&](Qt::DockWidgetArea area, QWidget* panel, const QString& title,
+                       const char* name, bool scrolls = true) {
     auto* dock = new QDockWidget(title, this);
     dock->setObjectName(QLatin1String(name));
-    auto* scroll = new PanelArea(dock);
-    scroll->setWidget(panel);
-    dock->setWidget(scroll);
+    addDockWidget(area, dock);
     // A panel that floats, or comes back from there, lies above the others.
     connect(dock, &QDockWidget::topLevelChanged, dock, [dock] { dock->raise(); });
     connect(dock->toggleViewAction(), &QAction::triggered, dock, [dock](bool shown) {
       if (shown) dock->raise();
     });
-    addDockWidget(Qt::LeftDockWidgetArea, dock);
-    if (first == nullptr) {
-      first = dock;
-    } else {
-      tabifyDockWidget(first, dock);
+    if (!scrolls) {
+      dock->setWidget(panel);
+      return dock;
     }
+    auto* scroll = new PanelArea(dock);
+    scroll->setWidget(panel);
+    dock->setWidget(scroll);
+    return dock;
   };
-  add(live(control_), tr("Run"), "dock_run");
-  add(live(material_), tr("Material"), "dock_material");
-  add(live(surroundings_), tr("World"), "dock_world");
-  add(vertex_, tr("Vertices"), "dock_vertices");
-  add(drawing_, tr("Drawing"), "dock_drawing");
-  first->raise();
+  add(Qt::LeftDockWidgetArea, live(scene_->tree()), tr("Scene"), "dock_scene", false);
+  QDockWidget* inspector =
+      add(Qt::RightDockWidgetArea, live(scene_->inspector()), tr("Inspector"), "dock_inspector");
+  tabifyDockWidget(inspector,
+                   add(Qt::RightDockWidgetArea, vertex_, tr("Vertices"), "dock_vertices"));
+  tabifyDockWidget(inspector,
+                   add(Qt::RightDockWidgetArea, drawing_, tr("Drawing"), "dock_drawing"));
+  inspector->raise();
+  connect(scene_, &ScenePanels::chosen, inspector, &QDockWidget::raise);
   // A click does not move the focus, so that Space still runs and pauses the simulation. The Tab key
   // reaches all widgets, and Space then activates the widget with the focus (eventFilter()).
   for (QDockWidget* dock : findChildren<QDockWidget*>()) {
@@ -88,6 +88,7 @@ void MainWindow::make_docks() {
   for (NumberField* field : findChildren<NumberField*>()) {
     connect(field, &NumberField::finished, this, to_the_view);
   }
+  connect(scene_, &ScenePanels::finished, this, to_the_view);
   for (QSpinBox* box : findChildren<QSpinBox*>()) {
     connect(box, &QSpinBox::editingFinished, this, [box, to_the_view] {
       if (box->hasFocus()) to_the_view();
@@ -101,25 +102,10 @@ void MainWindow::make_docks() {
 }
 
 void MainWindow::connect_panels() {
-  const auto edit = [this](const Edit& e, const QString& what, bool continues_previous) {
-    if (!simulation_) return;
+  connect(scene_, &ScenePanels::about_to_change, this, [this] {
     end_refusal();
     leave_failure();
-    simulation_->edit(e, what.toStdString(), continues_previous);
-  };
-  connect(control_, &ControlPanel::edited, this, edit);
-  connect(material_, &MaterialPanel::edited, this, edit);
-  connect(surroundings_, &SurroundingsPanel::edited, this, edit);
-  connect(control_, &ControlPanel::run_wanted, this, [this] { run_->trigger(); });
-  connect(control_, &ControlPanel::step_wanted, this, [this] { step_->trigger(); });
-  connect(control_, &ControlPanel::restart_wanted, this, [this] { restart_->trigger(); });
-  connect(control_, &ControlPanel::steps_per_picture, this, [this](int steps) {
-    if (simulation_) simulation_->set_steps_per_snapshot(steps);
   });
-  connect(control_, &ControlPanel::speed_limited, this, [this](double factor) {
-    if (simulation_) simulation_->set_speed_limit(factor);
-  });
-
   connect(vertex_, &VertexPanel::fix_wanted, this, [this] {
     if (fix_->isEnabled()) fix_->trigger();  // trigger() works for a disabled action, too
   });
@@ -155,18 +141,11 @@ void MainWindow::connect_panels() {
     }
   });
   const auto warn = [this](const QString& message) { show_refusal(message); };
-  connect(control_, &ControlPanel::refused, this, warn);
-  connect(material_, &MaterialPanel::refused, this, warn);
-  connect(surroundings_, &SurroundingsPanel::refused, this, warn);
+  connect(scene_, &ScenePanels::refused, this, warn);
   connect(vertex_, &VertexPanel::refused, this, warn);
   connect(drawing_, &DrawingPanel::refused, this, warn);
   connect(chart_, &LiveChart::message_ready, this,
           [this](const QString& message) { statusBar()->showMessage(message, 8000); });
-  connect(chart_, &LiveChart::time_clicked, this, [this](double time) {
-    if (replay_) replay_bar_->set_time(time);
-  });
-  connect(replay_bar_, &ReplayBar::frame_wanted, this,
-          [this](int frame) { show_frame(static_cast<std::size_t>(frame)); });
 }
 
 void MainWindow::connect_view() {

@@ -1,0 +1,69 @@
+// Changes the scene of a simulation, as the window's tree and inspector want it.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "document/off_entries.h"
+#include "document/outline.h"
+#include "document/scene_changes.h"
+#include "viewer/simulation.h"
+
+namespace tetraction::viewer {
+
+/// Used in the thread of the window. A change for which there is an Edit is made in the running session. Any
+/// other change is made in the scene itself, and the run is set up again from its start.
+class SceneEditor {
+ public:
+  /// `off` are entries that the file of the scene has as switched off.
+  explicit SceneEditor(Simulation& simulation, std::vector<OffEntry> off = {});
+
+  /// Takes the present settings of the simulation. True if they may have changed.
+  bool update();
+  /// The scene with the present settings. Null if a scene file cannot hold it.
+  const Json& scene() const { return scene_; }
+  std::vector<OutlineGroup> outline() const { return tetraction::outline(scene_); }
+  std::vector<Field> fields(const EntryPlace& place) const;
+
+  /// Makes a change. Returns why it is not possible; otherwise an empty text. A simulation may still refuse it later:
+  /// then there is a notice, or Simulation::take_refusal(). `continues_previous`: see Simulation::edit().
+  std::string change(SceneChange change, bool continues_previous = false);
+  std::string duplicate(const EntryPlace& place);
+  /// Whether the change sets up the run again. No value if it is not possible.
+  std::optional<bool> sets_up_again(const SceneChange& change) const;
+
+  /// Switches an entry of a list off, and on again.
+  std::string switch_off(const EntryPlace& place);
+  std::string switch_on(std::size_t off);
+  void forget(std::size_t off);
+  /// Those that are not in the scene, for instance because switching off was undone.
+  const std::vector<OffEntry>& off() const { return off_; }
+  /// Those that do not act now, for a file.
+  std::vector<OffEntry> off_now() const;
+  bool is_off(const OffEntry& entry) const;
+
+ private:
+  struct Prepared {
+    std::optional<Edit> edit;
+    Scene scene;  // if there is no edit
+  };
+  Prepared prepare(const SceneChange& change) const;
+  std::optional<Edit> edit_of(const SceneChange& change) const;
+  SceneChange with_model(const SceneChange& change) const;
+  SceneChange in_edited_scene(const SceneChange& change, const EditedScene& edited) const;
+
+  Simulation& simulation_;
+  std::optional<std::size_t> shown_;  // Simulation::settings_number()
+  Settings settings_;
+  std::shared_ptr<const EditedScene> edited_;
+  Scene present_;
+  Json scene_;
+  std::vector<OffEntry> off_;
+};
+
+/// What a change does, as "Density 1200 kg/m³".
+std::string description_of(const SceneChange& change, const Json& scene);
+
+}  // namespace tetraction::viewer
