@@ -372,6 +372,19 @@ std::string SceneEditor::duplicate(const EntryPlace& place) {
   return change(std::move(add));
 }
 
+std::string SceneEditor::remove(const EntryPlace& place) {
+  Json tables = scene_;
+  const Json table = table_of(tables, place);
+  std::string refusal = change({SceneChange::Kind::kRemove, place});
+  // It may have been off before. Now it is not there at all.
+  if (refusal.empty()) {
+    std::erase_if(off_, [&](const OffEntry& entry) {
+      return entry.section == place.section && entry.table == table;
+    });
+  }
+  return refusal;
+}
+
 std::string SceneEditor::switch_off(const EntryPlace& place) {
   Json tables = scene_;
   OffEntry entry{place.section, {}, table_of(tables, place)};

@@ -31,6 +31,7 @@ class SceneEditor {
   /// then there is a notice, or Simulation::take_refusal(). `continues_previous`: see Simulation::edit().
   std::string change(SceneChange change, bool continues_previous = false);
   std::string duplicate(const EntryPlace& place);
+  std::string remove(const EntryPlace& place);
   /// Whether the change sets up the run again. No value if it is not possible.
   std::optional<bool> sets_up_again(const SceneChange& change) const;
 

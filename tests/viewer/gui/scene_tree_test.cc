@@ -133,13 +133,13 @@ TEST_F(Tree, AChangeOfTheSceneSetsTheRunUpAgain) {
   show_entry("material");
   enter("density", "500");
   EXPECT_EQ(state().step, 0);
-  EXPECT_EQ(window_->simulation()->settings().mean_density, 500.0);
+  EXPECT_NEAR(window_->simulation()->settings().mean_density, 500.0, 1e-9);
   expect_told(QStringLiteral("Set up again: Density 500"));
   EXPECT_TRUE(
       menu_action(QStringLiteral("&Undo"))->text().contains(QStringLiteral("Set up again")));
   expect_same_when_run();
   press_and_settle(Qt::Key_Z, Qt::ControlModifier);
-  EXPECT_EQ(window_->simulation()->settings().mean_density, 1000.0);
+  EXPECT_NEAR(window_->simulation()->settings().mean_density, 1000.0, 1e-9);
 }
 
 TEST_F(Tree, AnotherMeshIsDrawn) {

@@ -152,7 +152,8 @@ class WindowTest : public testing::Test {
     enter(number_field(name, component), text);
   }
   NumberField* number_field(const char* name, int component = 0) {
-    auto* widget = find<QWidget>(name);
+    auto* widget = find<QDockWidget>("dock_inspector")->findChild<QWidget*>(QLatin1String(name));
+    if (widget == nullptr) throw std::runtime_error(std::string("no field ") + name);
     if (auto* field = qobject_cast<NumberField*>(widget)) return field;
     return widget->findChildren<NumberField*>().at(component);
   }

@@ -76,9 +76,7 @@ ScenePanels::ScenePanels(QWidget* parent)
     tell(work(*place));
   };
   connect(tree_, &SceneTree::delete_wanted, this, [this, with_chosen] {
-    with_chosen([this](const EntryPlace& place) {
-      return editor_->change({SceneChange::Kind::kRemove, place});
-    });
+    with_chosen([this](const EntryPlace& place) { return editor_->remove(place); });
   });
   connect(tree_, &SceneTree::duplicate_wanted, this, [this, with_chosen] {
     with_chosen([this](const EntryPlace& place) { return editor_->duplicate(place); });
