@@ -11,9 +11,6 @@ namespace tetraction::viewer {
 /// A snapshot with the data of the session: time, state, forces, prescribed vertices and field values.
 Snapshot make_snapshot(const Session& session, ColorField field);
 
-/// Values of a quantity as colours: those of a scalar, or the lengths of vectors.
-std::vector<float> color_values(const Matrix& values);
-
 /// Per vertex: 1 if a [[fix]] or the mouse prescribes its displacement, else 0.
 std::vector<std::uint8_t> prescribed_vertices(const Session& session);
 

@@ -55,7 +55,7 @@ struct SharedState {
   double picture_interval = 0.0;  // s; 0: pictures are drawn when there is time for them
   bool pauses_at_end = false;
   bool pauses_at_energy_error = false;
-  ColorField field = nullptr;
+  ColorField field;
   std::shared_ptr<const Snapshot> snapshot;
   bool snapshot_taken = false;  // whether the window has read the snapshot
   Settings settings;

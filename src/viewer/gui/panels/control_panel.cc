@@ -7,13 +7,13 @@
 #include <QLabel>
 #include <QPushButton>
 #include <QSpinBox>
-#include <QStyle>
 #include <QVBoxLayout>
 #include <cmath>
 #include <limits>
 
 #include "panel_layout.h"
 #include "simulation/scene/setting_keys.h"
+#include "viewer/gui/widgets/icons.h"
 #include "viewer/gui/widgets/number_field.h"
 
 namespace tetraction::viewer {
@@ -37,18 +37,18 @@ ControlPanel::ControlPanel(QWidget* parent) : QWidget(parent) {
   auto* column = new QVBoxLayout(this);
 
   auto* buttons = new QHBoxLayout;
-  const auto button = [&](const QString& text, QStyle::StandardPixmap icon, const QString& tip) {
-    auto* b = new QPushButton(style()->standardIcon(icon), text, this);
+  const auto button = [&](const QString& text, Icon picture, const QString& tip) {
+    auto* b = new QPushButton(icon(picture), text, this);
     b->setToolTip(tip);
     buttons->addWidget(b);
     return b;
   };
-  run_ = button(tr("Run"), QStyle::SP_MediaPlay, tr("Run or pause (Space)"));
+  run_ = button(tr("Run"), Icon::kRun, tr("Run or pause (Space)"));
   run_->setObjectName(QStringLiteral("run"));
-  step_ = button(tr("Step"), QStyle::SP_MediaSkipForward, tr("One time step, then pause (S)"));
+  step_ = button(tr("Step"), Icon::kStep, tr("One time step, then pause (S)"));
   step_->setObjectName(QStringLiteral("step"));
   restart_ =
-      button(tr("Restart"), QStyle::SP_MediaSkipBackward,
+      button(tr("Restart"), Icon::kRestart,
              tr("Back to the scene's start; settings, fixes and forces stay as they are (R)"));
   restart_->setObjectName(QStringLiteral("restart"));
   column->addLayout(buttons);
@@ -230,7 +230,7 @@ double ControlPanel::speed_limit() const {
 void ControlPanel::show_state(const Snapshot& snapshot) {
   running_ = snapshot.running;
   run_->setText(running_ ? tr("Pause") : tr("Run"));
-  run_->setIcon(style()->standardIcon(running_ ? QStyle::SP_MediaPause : QStyle::SP_MediaPlay));
+  run_->setIcon(icon(running_ ? Icon::kPause : Icon::kRun));
   QString time = tr("%1 s, step %2")
                      .arg(QString::number(snapshot.time, 'f', 4))
                      .arg(static_cast<qlonglong>(snapshot.step));
@@ -248,8 +248,7 @@ void ControlPanel::show_limit(double stable_step) {
   QString text = known ? tr("%1 s").arg(short_number(stable_step)) : tr("none");
   if (exceeded) text += matters ? tr(", exceeded") : tr(", not needed");
   limit_->setText(text);
-  limit_->setStyleSheet(exceeded && matters ? QStringLiteral("color: #b00000; font-weight: bold;")
-                                            : QString());
+  limit_->setForegroundRole(exceeded && matters ? QPalette::BrightText : QPalette::WindowText);
   half_limit_->setEnabled(known);
 }
 

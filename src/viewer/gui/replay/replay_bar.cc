@@ -5,11 +5,12 @@
 #include <QHBoxLayout>
 #include <QLabel>
 #include <QSlider>
-#include <QStyle>
 #include <QTimer>
 #include <QToolButton>
 #include <algorithm>
 #include <cmath>
+
+#include "viewer/gui/widgets/icons.h"
 
 namespace tetraction::viewer {
 namespace {
@@ -46,7 +47,7 @@ ReplayBar::ReplayBar(QWidget* parent)
   slider_->setObjectName(QStringLiteral("replay_slider"));
   play_->setToolTip(tr("Plays the frames (Space)"));
   play_->setCheckable(true);
-  play_->setIcon(style()->standardIcon(QStyle::SP_MediaPlay));
+  play_->setIcon(icon(Icon::kRun));
   timer_->setInterval(kFrameTime_ms);
   connect(play_, &QToolButton::toggled, this, &ReplayBar::play);
   connect(timer_, &QTimer::timeout, this, [this] {
@@ -105,7 +106,7 @@ void ReplayBar::play(bool on) {
   }
   const QSignalBlocker quiet(play_);
   play_->setChecked(on);
-  play_->setIcon(style()->standardIcon(on ? QStyle::SP_MediaPause : QStyle::SP_MediaPlay));
+  play_->setIcon(icon(on ? Icon::kPause : Icon::kRun));
 }
 
 void ReplayBar::forward() {

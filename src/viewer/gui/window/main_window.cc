@@ -28,6 +28,7 @@
 #include "viewer/gui/panels/surroundings_panel.h"
 #include "viewer/gui/panels/vertex_panel.h"
 #include "viewer/gui/replay/replay_bar.h"
+#include "viewer/picked_geometry.h"
 
 namespace tetraction::viewer {
 namespace {
@@ -50,6 +51,7 @@ MainWindow::MainWindow()
       drawing_(new DrawingPanel(this)),
       chart_(new LiveChart(this)),
       status_body_(new QLabel(this)),
+      status_measure_(new QLabel(this)),
       status_recording_(new QLabel(this)),
       status_rate_(new QLabel(this)) {
   setAcceptDrops(true);
@@ -63,8 +65,10 @@ MainWindow::MainWindow()
   replay_bar_->hide();
   setCentralWidget(center);
   statusBar()->addWidget(status_body_, 1);
+  status_measure_->setObjectName(QStringLiteral("measure"));
+  statusBar()->addPermanentWidget(status_measure_);
   status_recording_->setObjectName(QStringLiteral("recording_sign"));
-  status_recording_->setStyleSheet(QStringLiteral("color: #b00000; font-weight: bold;"));
+  status_recording_->setForegroundRole(QPalette::BrightText);
   status_recording_->hide();
   statusBar()->addPermanentWidget(status_recording_);
   statusBar()->addPermanentWidget(status_rate_);
@@ -211,6 +215,7 @@ void MainWindow::update_slow_parts() {
   if (const auto state = view_->state()) {
     control_->show_state(*state);
     vertex_->show_state(*state);
+    show_measure();
     if (drawing_->drawing().automatic_range) {
       drawing_->show_range(view_->color_low(), view_->color_high());
     }
@@ -242,6 +247,16 @@ void MainWindow::update_slow_parts() {
   }
   show_notices();
   update_actions();
+}
+
+// The distance or the angles of two or three selected vertices.
+void MainWindow::show_measure() {
+  std::vector<std::string> names;
+  if (selection_.size() <= 3) {
+    for (const Index v : selection_) names.push_back(std::to_string(mesh()->vertex_id(v)));
+  }
+  status_measure_->setText(
+      QString::fromStdString(measure(view_->state()->position, selection_, names)));
 }
 
 void MainWindow::update_title() {
