@@ -13,15 +13,6 @@ std::vector<std::uint8_t> prescribed_vertices(const Session& session) {
   return is_prescribed;
 }
 
-std::vector<float> color_values(const Matrix& values) {
-  std::vector<float> result(static_cast<std::size_t>(values.cols()));
-  for (std::size_t i = 0; i < result.size(); ++i) {
-    const auto column = values.col(static_cast<Index>(i));
-    result[i] = static_cast<float>(column.size() == 1 ? column[0] : column.norm());
-  }
-  return result;
-}
-
 namespace {
 
 Snapshot snapshot_at(const Session& session, ColorField field, const State& state) {
@@ -42,7 +33,7 @@ Snapshot snapshot_at(const Session& session, ColorField field, const State& stat
   if (field == nullptr) return snapshot;
   const Quantity& drawn = drawn_quantity(*field, session.system().mesh().is_quadratic());
   snapshot.field_on_cells = drawn.domain == ValueDomain::kTetrahedra;
-  snapshot.field_values = color_values(values_of(session, drawn, state));
+  snapshot.field_values = color_values(values_of(session, drawn, state), field.component);
   return snapshot;
 }
 

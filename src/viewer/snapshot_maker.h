@@ -14,9 +14,6 @@ Snapshot make_snapshot(const Session& session, ColorField field);
 /// The same at a state that the run has kept, without forces. Status and message are those of the session.
 Snapshot make_snapshot(const Session& session, ColorField field, const KeptState& kept);
 
-/// Values of a quantity as colours: those of a scalar, or the lengths of vectors.
-std::vector<float> color_values(const Matrix& values);
-
 /// Per vertex: 1 if a [[fix]] or the mouse prescribes its displacement, else 0.
 std::vector<std::uint8_t> prescribed_vertices(const Session& session);
 

@@ -58,7 +58,7 @@ struct SharedState {
   double picture_interval = 0.0;  // s; 0: pictures are drawn when there is time for them
   bool pauses_at_end = false;
   bool pauses_at_energy_error = false;
-  ColorField field = nullptr;
+  ColorField field;
   std::shared_ptr<const Snapshot> snapshot;
   std::shared_ptr<const TetMesh> mesh;  // of the snapshot
   std::shared_ptr<const Scene> scene;

@@ -86,7 +86,7 @@ struct Quantity {
   InFrames frames = InFrames::kNamed;
   std::optional<ProbeQuantity> probe{};  ///< needs of_vertices or of_element
   bool is_sum = false;       ///< whether a probe is the sum over its vertices, not the mean
-  ColorUse color{};          ///< for scalars, and for vectors, whose lengths are the colours
+  ColorUse color{};          ///< of scalars, of vectors by their lengths, and of components
   bool is_integral = false;  ///< flags and numbers of regions
   bool is_relative = false;  ///< whether the rest positions are subtracted from of_vertices
 

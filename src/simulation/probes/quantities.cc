@@ -184,6 +184,7 @@ std::vector<Quantity> all_quantities() {
        .frames = InFrames::kDefault,
        .probe = P::kReaction,
        .is_sum = true,
+       .color = {"Reaction", 6},
        .of_vertices = [](const Session& s) -> const Vector& { return s.reaction_force(); }},
       {.name = "fixed", .frames = InFrames::kDefault, .is_integral = true, .of_body = fixed_flags},
       {.name = "deformation",
@@ -221,6 +222,7 @@ std::vector<Quantity> all_quantities() {
        .domain = kTetrahedra,
        .frames = InFrames::kDefault,
        .probe = P::kCauchyStress,
+       .color = {"Cauchy stress", 9, 0.0},
        .of_element =
            [](const ElementPlace& at, double* to) {
              Eigen::Map<Vector6>{to} = six_components(at.cauchy_stress());
@@ -257,7 +259,7 @@ std::vector<Quantity> all_quantities() {
       {.name = "region",
        .domain = kTetrahedra,
        .frames = InFrames::kDefault,
-       .color = {"Region", 6},
+       .color = {"Region", 10},
        .is_integral = true,
        .of_body = region_numbers},
       {.name = "first_piola",
@@ -269,10 +271,13 @@ std::vector<Quantity> all_quantities() {
        .unit = "Pa",
        .shape = kPrincipalValues,
        .domain = kTetrahedra,
+       .color = {"Principal stresses", 8, 0.0},
        .of_body = [](F& f) { return principal_stresses(f.elements().cauchy_stress); }},
-      {.name = "pressure", .unit = "Pa", .domain = kTetrahedra, .of_body = [](F& f) {
-         return pressures(f.elements().cauchy_stress);
-       }}};
+      {.name = "pressure",
+       .unit = "Pa",
+       .domain = kTetrahedra,
+       .color = {"Pressure", 7, 0.0},
+       .of_body = [](F& f) { return pressures(f.elements().cauchy_stress); }}};
 }
 
 }  // namespace

@@ -11,6 +11,9 @@
 
 namespace tetraction::viewer {
 
+/// Of the series that is drawn in the colour of the texts.
+inline constexpr std::array<unsigned char, 3> kBlack{40, 40, 40};
+
 struct ChartSeries {
   std::string name;
   std::array<unsigned char, 3> color;

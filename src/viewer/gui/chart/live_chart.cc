@@ -25,6 +25,7 @@
 #include <QMouseEvent>
 #include <QPushButton>
 #include <QTabBar>
+#include <QTimer>
 #include <QToolTip>
 #include <QVBoxLayout>
 #include <algorithm>
@@ -32,6 +33,7 @@
 #include <limits>
 
 #include "chart_axes.h"
+#include "viewer/gui/widgets/theme.h"
 #include "viewer/gui/widgets/vtk_widget.h"
 
 namespace tetraction::viewer {
@@ -111,7 +113,6 @@ LiveChart::LiveChart(QWidget* parent)
     }
   });
   widget_->interactor()->AddObserver(vtkCommand::RenderEvent, draw);
-  view_->GetRenderer()->SetBackground(1.0, 1.0, 1.0);
   chart_ = vtkSmartPointer<vtkChartXY>::New();
   view_->GetScene()->AddItem(chart_);
   // The axes are drawn even if there is no line, as before the first step.
@@ -123,10 +124,8 @@ LiveChart::LiveChart(QWidget* parent)
   for (const int side : {vtkAxis::LEFT, vtkAxis::BOTTOM}) {
     vtkAxis* axis = chart_->GetAxis(side);
     axis->SetBehavior(vtkAxis::FIXED);
-    axis->GetTitleProperties()->SetFontSize(12);
-    axis->GetTitleProperties()->SetBold(false);
-    axis->GetLabelProperties()->SetFontSize(11);
-    axis->GetGridPen()->SetColor(225, 225, 225);
+    set_type_face(axis->GetTitleProperties(), TextSize::kSmall);
+    set_type_face(axis->GetLabelProperties(), TextSize::kSmall);
     // All labels have the same format, so that the width of the chart does not change often.
     axis->SetNotation(vtkAxis::PRINTF_NOTATION);
     axis->SetLabelFormat("%.4g");
@@ -148,6 +147,7 @@ LiveChart::LiveChart(QWidget* parent)
   connect(whole, &QPushButton::clicked, this, &LiveChart::show_whole_run);
   connect(save, &QPushButton::clicked, this, &LiveChart::save);
   set_run(RunKind::kMotion);
+  set_colors();
   rebuild();
 }
 
@@ -269,8 +269,11 @@ void LiveChart::rebuild() {
   for (std::size_t s = 0; s < kind.series.size(); ++s) {
     const ChartSeries& series = kind.series[s];
     add_column(table_, series.name.c_str());
-    vtkPlotLine* plot = add_line(table_, static_cast<int>(s) + 1, series.color[0], series.color[1],
-                                 series.color[2], 1.6F);
+    const bool is_black = series.color == kBlack;  // black lines have the colour of the texts
+    const QColor color = is_black ? theme_colors().field.text
+                                  : QColor(series.color[0], series.color[1], series.color[2]);
+    vtkPlotLine* plot =
+        add_line(table_, static_cast<int>(s) + 1, color.red(), color.green(), color.blue(), 1.6F);
     plot->SetLabel(series.name);
     plots_.push_back(plot);
 
@@ -279,7 +282,7 @@ void LiveChart::rebuild() {
     check->setChecked(shown_[static_cast<std::size_t>(kind_)][s]);
     check->setToolTip(tr("Show or hide this series"));
     QPixmap patch(18, 4);
-    patch.fill(QColor(series.color[0], series.color[1], series.color[2]));
+    patch.fill(color);
     check->setIcon(patch);
     check->setIconSize(patch.size());
     legend_->addWidget(check);
@@ -328,6 +331,37 @@ void LiveChart::refresh() {
 void LiveChart::draw() {
   set_ticks();
   window_->Render();
+}
+
+void LiveChart::changeEvent(QEvent* event) {
+  if (event->type() == QEvent::PaletteChange) {
+    // Later, because this deletes widgets to which Qt is about to send the event.
+    QTimer::singleShot(0, this, [this] {
+      set_colors();
+      rebuild();
+      refresh();
+    });
+  }
+  QWidget::changeEvent(event);
+}
+
+void LiveChart::set_colors() {
+  const ThemeColors& colors = theme_colors();
+  const auto bytes = [](const QColor& c) {
+    return vtkColor4ub(static_cast<unsigned char>(c.red()), static_cast<unsigned char>(c.green()),
+                       static_cast<unsigned char>(c.blue()), 255);
+  };
+  const QColor& ground = colors.field.ground;
+  const QColor& ink = colors.field.text;
+  view_->GetRenderer()->SetBackground(ground.redF(), ground.greenF(), ground.blueF());
+  for (const int side : {vtkAxis::LEFT, vtkAxis::BOTTOM}) {
+    vtkAxis* axis = chart_->GetAxis(side);
+    axis->GetPen()->SetColor(bytes(colors.border));
+    axis->GetGridPen()->SetColor(bytes(colors.grid));
+    for (vtkTextProperty* text : {axis->GetTitleProperties(), axis->GetLabelProperties()}) {
+      text->SetColor(ink.redF(), ink.greenF(), ink.blueF());
+    }
+  }
 }
 
 QWidget* LiveChart::canvas() const {

@@ -81,12 +81,14 @@ class LiveChart : public QWidget {
 
  protected:
   bool eventFilter(QObject* watched, QEvent* event) override;
+  void changeEvent(QEvent* event) override;
 
  private:
   const ChartKind& kind() const { return kinds_[static_cast<std::size_t>(kind_)]; }
   int fixed_kinds() const { return static_cast<int>(chart_kinds(run_).size()); }
   void set_run(RunKind run);
   bool save_picture(const QString& path);
+  void set_colors();
   void rebuild();
   void fill();
   void scale();

@@ -26,6 +26,7 @@
 #include "viewer/gui/panels/vertex_panel.h"
 #include "viewer/gui/scene/scene_panels.h"
 #include "viewer/gui/transport/transport_bar.h"
+#include "viewer/picked_geometry.h"
 
 namespace tetraction::viewer {
 namespace {
@@ -46,6 +47,7 @@ MainWindow::MainWindow()
       drawing_(new DrawingPanel(this)),
       chart_(new LiveChart(this)),
       status_body_(new QLabel(this)),
+      status_measure_(new QLabel(this)),
       status_recording_(new QLabel(this)),
       status_rate_(new QLabel(this)) {
   setAcceptDrops(true);
@@ -58,8 +60,10 @@ MainWindow::MainWindow()
   column->addWidget(transport_);
   setCentralWidget(center);
   statusBar()->addWidget(status_body_, 1);
+  status_measure_->setObjectName(QStringLiteral("measure"));
+  statusBar()->addPermanentWidget(status_measure_);
   status_recording_->setObjectName(QStringLiteral("recording_sign"));
-  status_recording_->setStyleSheet(QStringLiteral("color: #b00000; font-weight: bold;"));
+  status_recording_->setForegroundRole(QPalette::BrightText);
   status_recording_->hide();
   statusBar()->addPermanentWidget(status_recording_);
   statusBar()->addPermanentWidget(status_rate_);
@@ -209,6 +213,7 @@ void MainWindow::update_slow_parts() {
   states_shown_ = 0;
   if (const auto state = view_->state()) {
     vertex_->show_state(*state);
+    show_measure();
     if (drawing_->drawing().automatic_range) {
       drawing_->show_range(view_->color_low(), view_->color_high());
     }
@@ -239,6 +244,16 @@ void MainWindow::update_slow_parts() {
   }
   if (simulation_->body() == shown_body_) show_notices();  // a new run clears the messages
   update_actions();
+}
+
+// The distance or the angles of two or three selected vertices.
+void MainWindow::show_measure() {
+  std::vector<std::string> names;
+  if (selection_.size() <= 3) {
+    for (const Index v : selection_) names.push_back(std::to_string(mesh()->vertex_id(v)));
+  }
+  status_measure_->setText(
+      QString::fromStdString(measure(view_->state()->position, selection_, names)));
 }
 
 void MainWindow::update_title() {

@@ -119,6 +119,7 @@ class MainWindow : public QMainWindow {
   void show_frame(std::size_t frame);
   void show_snapshot(const std::shared_ptr<const Snapshot>& snapshot);
   void update_slow_parts();
+  void show_measure();
   void restart();
   void show_loss_by_restart(const QString& run, const std::shared_ptr<const Scene>& recorded);
   void set_drawing(const DrawingSettings& drawing);
@@ -149,8 +150,16 @@ class MainWindow : public QMainWindow {
   void update_recent_files();
   void remember_file(const QString& path);
   void show_keys();
+  static QSize first_size();
   void restore_window();
   void save_window() const;
+
+  // window_looks.cc
+  void make_theme_menu();
+  void reset_layout();
+  void show_about();
+  void add_documents(QMenu* help);
+  void fill_groups(QMenu* menu);
 
   // window_recording.cc
   bool ask_save_scene();
@@ -171,6 +180,7 @@ class MainWindow : public QMainWindow {
   std::unique_ptr<VertexEdits> edits_;
   std::unique_ptr<Replay> replay_;
   QString path_;
+  QByteArray first_layout_;           // of the panels of a new window
   std::optional<double> mesh_scale_;  // of the mesh, if it was opened without a scene
   QString opening_path_;
   std::future<Opened> opening_;  // valid while a file is read
@@ -209,7 +219,7 @@ class MainWindow : public QMainWindow {
   VertexPanel* vertex_;
   DrawingPanel* drawing_;
   LiveChart* chart_;
-  QLabel *status_body_, *status_recording_, *status_rate_;
+  QLabel *status_body_, *status_measure_, *status_recording_, *status_rate_;
   std::vector<QStackedWidget*> live_pages_;  // panels of a simulation, and a text for a replay
 
   QMenu *view_menu_, *recent_;

@@ -23,6 +23,8 @@
 #include "viewer/gui/panels/vertex_panel.h"
 #include "viewer/gui/scene/scene_panels.h"
 #include "viewer/gui/transport/transport_bar.h"
+#include "viewer/gui/widgets/icons.h"
+#include "viewer/gui/widgets/theme.h"
 
 namespace tetraction::viewer {
 namespace {
@@ -40,6 +42,11 @@ void MainWindow::make_actions() {
   make_view_menu();
   make_help_menu();
   make_tools();
+  for (QAction* action : findChildren<QAction*>()) {
+    const QString key = action->shortcut().toString(QKeySequence::NativeText);
+    if (key.isEmpty() || action->toolTip().contains(key)) continue;
+    action->setToolTip(tr("%1 (%2)").arg(action->toolTip(), key));
+  }
   update_recent_files();
   update_actions();
 }
@@ -123,6 +130,9 @@ void MainWindow::make_edit_menu() {
       QKeySequence::SelectAll);
   edit->addAction(
       tr("Select &none"), this, [this] { select({}); }, QKeySequence(tr("Ctrl+Shift+A")));
+  QMenu* groups = edit->addMenu(tr("Select &group"));
+  groups->setObjectName(QStringLiteral("groups"));
+  connect(groups, &QMenu::aboutToShow, this, [this, groups] { fill_groups(groups); });
   edit->addSeparator();
   fix_ = edit->addAction(
       tr("&Fix selection"), this,
@@ -193,9 +203,9 @@ void MainWindow::make_simulation_menu() {
 
 void MainWindow::make_view_menu() {
   view_menu_ = menuBar()->addMenu(tr("&View"));
-  const auto look = [this](const QString& name, const QString& key, int axis) {
+  const auto look = [this](const QString& name, const QString& key, const Vector3& from) {
     view_menu_->addAction(
-        name, this, [this, axis] { view_->reset_camera(axis); }, QKeySequence(key));
+        name, this, [this, from] { view_->look_from(from); }, QKeySequence(key));
   };
   QAction* fit = view_menu_->addAction(
       tr("Whole &body"), this, [this] { view_->fit(); }, QKeySequence(tr("Home")));
@@ -207,29 +217,50 @@ void MainWindow::make_view_menu() {
   follow->setShortcut(QKeySequence(tr("Shift+F")));
   follow->setToolTip(tr("The camera moves with the middle of the body (Shift+F)"));
   connect(follow, &QAction::toggled, view_, &BodyView::set_follow);
-  look(tr("&Oblique"), tr("O"), -1);
-  look(tr("Along &x"), tr("X"), 0);
-  look(tr("Along &y"), tr("Y"), 1);
-  look(tr("Along &z"), tr("Z"), 2);
+  look(tr("&Oblique"), tr("O"), kOblique);
+  for (int axis = 0; axis < 3; ++axis) {
+    const QChar name('x' + axis);
+    look(tr("Along &%1").arg(name), name.toUpper(), Vector3::Unit(axis));
+    look(tr("Along %1, from the other side").arg(name), tr("Shift+%1").arg(name.toUpper()),
+         -Vector3::Unit(axis));
+  }
+  QAction* parallel = view_menu_->addAction(tr("O&rthographic"));
+  parallel->setObjectName(QStringLiteral("orthographic"));
+  parallel->setCheckable(true);
+  parallel->setShortcut(QKeySequence(tr("P")));
+  parallel->setToolTip(tr("Without perspective (P)"));
+  connect(parallel, &QAction::toggled, view_, &BodyView::set_parallel);
+  QAction* ghost = view_menu_->addAction(tr("&Keep as ghost"), view_, &BodyView::keep_ghost,
+                                         QKeySequence(tr("G")));
+  ghost->setObjectName(QStringLiteral("keep_ghost"));
+  ghost->setToolTip(tr("Keeps the shape of this moment; Drawing → Ghost shows it (G)"));
   view_menu_->addSeparator();
   for (QDockWidget* dock : findChildren<QDockWidget*>()) {
     view_menu_->addAction(dock->toggleViewAction());
   }
+  view_menu_->addAction(tr("Reset &layout"), this, &MainWindow::reset_layout,
+                        QKeySequence(tr("Ctrl+Home")));
+  make_theme_menu();
 }
 
 void MainWindow::make_help_menu() {
   QMenu* help = menuBar()->addMenu(tr("&Help"));
   help->addAction(tr("&Keys and mouse"), this, &MainWindow::show_keys, QKeySequence(Qt::Key_F1));
+  add_documents(help);
+  help->addSeparator();
+  help->addAction(tr("&About Tetraction"), this, &MainWindow::show_about);
 }
 
 void MainWindow::make_tools() {
   auto* bar = addToolBar(tr("Tools"));
   bar->setObjectName(QStringLiteral("tools"));
   bar->setMovable(false);
-  bar->setToolButtonStyle(Qt::ToolButtonTextOnly);
+  bar->setToolButtonStyle(Qt::ToolButtonTextBesideIcon);
+  bar->setIconSize(QSize(2 * kGrid, 2 * kGrid));
   auto* group = new QActionGroup(this);
-  const auto add = [&](const QString& name, const QString& key, const QString& tip, Tool tool) {
-    QAction* action = bar->addAction(name);
+  const auto add = [&](Icon picture, const QString& name, const QString& key, const QString& tip,
+                       Tool tool) {
+    QAction* action = bar->addAction(icon(picture), name);
     action->setObjectName(QStringLiteral("tool_%1").arg(key));
     action->setCheckable(true);
     action->setShortcut(QKeySequence(key));
@@ -239,20 +270,21 @@ void MainWindow::make_tools() {
     return action;
   };
   QAction* look =
-      add(tr("Look"), QStringLiteral("1"),
+      add(Icon::kNavigate, tr("Navigate"), QStringLiteral("1"),
           tr("Drag turns the body, middle button moves it, wheel zooms; click picks"), Tool::kLook);
-  add(tr("Select"), QStringLiteral("2"),
-      tr("Drag a band around vertices, also those inside and behind; Ctrl or Shift adds to the "
-         "selection"),
+  add(Icon::kSelect, tr("Select"), QStringLiteral("2"),
+      tr("Drag a band around the visible vertices, with Alt also those behind; Ctrl or Shift adds "
+         "to "
+         "the selection; Ctrl+Shift and a click select a face"),
       Tool::kSelect);
   live_only_.push_back(add(
-      tr("Drag"), QStringLiteral("3"),
+      Icon::kDrag, tr("Drag"), QStringLiteral("3"),
       tr("Drag vertices with a spring; the wheel sets the area, Alt moves the vertices exactly"),
       Tool::kMove));
-  live_only_.push_back(add(tr("Force"), QStringLiteral("4"),
+  live_only_.push_back(add(Icon::kForce, tr("Force"), QStringLiteral("4"),
                            tr("Pull a force arrow from a vertex; it acts until changed"),
                            Tool::kForce));
-  live_only_.push_back(add(tr("Momentum"), QStringLiteral("5"),
+  live_only_.push_back(add(Icon::kMomentum, tr("Momentum"), QStringLiteral("5"),
                            tr("Pull a momentum arrow from a vertex: a kick"), Tool::kMomentum));
   look->setChecked(true);
   view_->set_tool(Tool::kLook);
@@ -318,27 +350,36 @@ void MainWindow::show_keys() {
          "<tr><td><b>F, U</b></td><td>fix, unfix the selection</td></tr>"
          "<tr><td><b>Ctrl+Z, Ctrl+Shift+Z</b></td><td>undo, redo</td></tr>"
          "<tr><td><b>Ctrl+A, Ctrl+Shift+A</b></td><td>select all, none</td></tr>"
-         "<tr><td><b>1 … 5</b></td><td>tools: look, select, drag, force, momentum</td></tr>"
+         "<tr><td><b>1 … 5</b></td><td>tools: navigate, select, drag, force, momentum</td></tr>"
          "<tr><td><b>Home, O, X, Y, Z</b></td><td>whole body from here, oblique, along an "
-         "axis</td></tr>"
+         "axis; with Shift from its other side</td></tr>"
+         "<tr><td><b>P, G</b></td><td>without perspective; keep this shape as a ghost</td></tr>"
          "<tr><td><b>Shift+F</b></td><td>the camera follows the body</td></tr>"
          "<tr><td><b>Wheel during a drag</b></td><td>size of the area that is pulled</td></tr>"
          "<tr><td><b>Alt and drag</b></td><td>the vertex itself, with the tool for drags</td></tr>"
          "<tr><td><b>Click</b></td><td>pick a vertex; with Ctrl or Shift: add it</td></tr>"
-         "<tr><td><b>Shift and drag</b></td><td>rubber band, with every tool</td></tr>"
+         "<tr><td><b>Ctrl+Shift and click</b></td><td>select a face up to its edges</td></tr>"
+         "<tr><td><b>Shift and drag</b></td><td>rubber band, with every tool; with Alt through the "
+         "body</td></tr>"
          "<tr><td><b>Middle button, wheel</b></td><td>move, zoom</td></tr>"
          "<tr><td><b>Ctrl and right button</b></td><td>move the light</td></tr>"
          "</table>"));
 }
 
+QSize MainWindow::first_size() {
+  return QSize(1280, 800).boundedTo(QGuiApplication::primaryScreen()->availableSize());
+}
+
 void MainWindow::restore_window() {
   QSettings settings;
+  apply_theme(stored_theme());
   const QSize room = QGuiApplication::primaryScreen()->availableSize();
-  resize(QSize(1280, 800).boundedTo(room));
+  resize(first_size());
   resizeDocks({findChild<QDockWidget*>(QStringLiteral("dock_scene"))}, {kPanelWidth},
               Qt::Horizontal);
   resizeDocks({findChild<QDockWidget*>(QStringLiteral("dock_charts"))}, {kChartHeight},
               Qt::Vertical);
+  first_layout_ = saveState();
   restoreGeometry(settings.value(QStringLiteral("geometry")).toByteArray());
   restoreState(settings.value(QStringLiteral("docks")).toByteArray());
   if (width() > room.width() || height() > room.height()) resize(size().boundedTo(room));

@@ -220,6 +220,7 @@ void MainWindow::show_recording() {
   status_recording_->setToolTip(
       QStringList{run_folder_, picture_folder_}.join(QLatin1Char('\n')).trimmed());
   status_recording_->setVisible(!what.isEmpty());
+  view_->set_recording(!picture_folder_.isEmpty());
 }
 
 void MainWindow::record_pictures(const QString& path, const QSize& size) {

@@ -1,20 +1,20 @@
 // The transport bar and the charts below it, which share the time.
 #include <QAction>
-#include <QStyle>
 #include <limits>
 
 #include "main_window.h"
 #include "viewer/gui/body/body_view.h"
 #include "viewer/gui/chart/live_chart.h"
 #include "viewer/gui/transport/transport_bar.h"
+#include "viewer/gui/widgets/icons.h"
 
 namespace tetraction::viewer {
 
 void MainWindow::connect_transport() {
-  restart_->setIcon(style()->standardIcon(QStyle::SP_MediaSkipBackward));
-  back_->setIcon(style()->standardIcon(QStyle::SP_MediaSeekBackward));
-  step_->setIcon(style()->standardIcon(QStyle::SP_MediaSkipForward));
-  record_run_->setIconText(QStringLiteral("●"));
+  restart_->setIcon(icon(Icon::kRestart));
+  back_->setIcon(icon(Icon::kBack));
+  step_->setIcon(icon(Icon::kStep));
+  record_run_->setIcon(icon(Icon::kRecord));
   show_running(false);
   transport_->add_buttons({{"restart", restart_},
                            {"back", back_},
@@ -37,7 +37,7 @@ void MainWindow::connect_transport() {
 }
 
 void MainWindow::show_running(bool running) {
-  run_->setIcon(style()->standardIcon(running ? QStyle::SP_MediaPause : QStyle::SP_MediaPlay));
+  run_->setIcon(icon(running ? Icon::kPause : Icon::kRun));
   run_->setToolTip(running ? tr("Pause (Space)") : tr("Run (Space)"));
 }
 
