@@ -47,6 +47,8 @@ class EditHistory {
   /// The texts of the entries that undo() and redo() would process. Empty if there is none.
   std::string undo_text() const { return undo_.empty() ? "" : undo_.back().what; }
   std::string redo_text() const { return redo_.empty() ? "" : redo_.back().what; }
+  /// Takes over edits that were made before, which undo() does not reach.
+  void remember(std::vector<MadeEdit> made) { not_undoable_ = std::move(made); }
   /// Forgets what redo() could make again.
   void forget_undone() { redo_.clear(); }
   /// Must be called after each step.
@@ -100,7 +102,7 @@ class EditHistory {
   void drop_oldest_entry();
   static void append(const Entry& entry, std::vector<MadeEdit>& made);
 
-  std::vector<MadeEdit> not_undoable_;  // edits of entries that were dropped
+  std::vector<MadeEdit> not_undoable_;  // edits of entries that were dropped, and earlier ones
   std::vector<Entry> undo_;
   std::vector<Entry> redo_;
   std::optional<State> before_last_;  // state before the last entry, if it was made, not redone

@@ -1,5 +1,6 @@
 #include "energy_watch.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace tetraction::viewer {
@@ -28,8 +29,10 @@ void EnergyWatch::allow(const Session& session) {
 bool EnergyWatch::exceeded(const Session& session) {
   error_ = session.balance().energy_error() - start_;
   entered_ = session.balance().energy_scale();
+  // A body at rest moves by round-off, which is no error of the rule.
+  const double allowed = std::max(limit_ * entered_, session.balance().sums().round_off);
   const bool loses = session.time_settings().integrator == Integrator::kBackwardEuler;
-  const bool is_large = (loses ? error_ : std::abs(error_)) > limit_ * entered_;
+  const bool is_large = (loses ? error_ : std::abs(error_)) > allowed;
   steps_ = is_large ? steps_ + 1 : 0;
   return steps_ == kSteps;
 }

@@ -8,6 +8,7 @@
 
 #include "event_edits.h"
 #include "simulation/stepping/step_strategy.h"
+#include "snapshot_maker.h"
 #include "tetraction/core/error.h"
 
 namespace tetraction::viewer {
@@ -94,9 +95,9 @@ Vector Engine::user_force() const {
   return sum;
 }
 
-void Engine::apply(const Edit& edit, const std::string& what) {
+void Engine::apply(const Edit& edit, const std::string& what, bool by_user) {
   session_->apply(edit, what);
-  recording_.add(*session_, edit, what);
+  recording_.add(*session_, edit, what, by_user);
   // The edits of a drag have one mark.
   if (what != last_mark_) marks_.push_back({session_->time(), what});
   last_mark_ = std::holds_alternative<SetPull>(edit) ? what : std::string();
@@ -260,7 +261,7 @@ void Engine::make_due_events() {
           if (std::isfinite(set->settings.end)) end_ = set->settings.end;
           set->settings.end = std::numeric_limits<double>::infinity();
         }
-        apply(*translated, what);
+        apply(*translated, what, false);
         refused = false;
       } catch (const InputError& error) {
         notices_.push_back({Notice::Kind::kRefused,
@@ -290,11 +291,66 @@ void Engine::go_back() {
   session_->go_back();
   // Going back resets the solver. A replay must do the same. Therefore it is recorded as an edit
   // that sets the solver.
-  recording_.add(*session_, SetSolver{session_->solver_settings()}, "back to the last good state");
+  recording_.add(*session_, SetSolver{session_->solver_settings()}, "back to the last good state",
+                 false);
   recording_.move_to(*session_);
   marks_.push_back({session_->time(), "back to the last good state"});
   limit_changed_ = true;
   if (release_pending_) release();
+}
+
+std::shared_ptr<const KeptState> Engine::kept_state() {
+  const std::size_t edits = session_->edits().size();
+  if (!kept_settings_ || kept_settings_->edits != edits) {
+    kept_settings_ = std::make_shared<const KeptSettings>(
+        KeptSettings{session_->settings(), prescribed_vertices(*session_), edits,
+                     recording_.entry_count(), next_event_, numbering_, end_});
+  }
+  return std::make_shared<const KeptState>(KeptState{session_->present_state(),
+                                                     session_->balance().sums(),
+                                                     session_->time_step(), kept_settings_});
+}
+
+std::vector<MadeEdit> Engine::restore(const KeptState& kept, Recording::Data recorded,
+                                      const std::vector<AppliedEdit>& edits,
+                                      const std::string& what) {
+  const KeptSettings& then = *kept.settings;
+  // The edits of the user with the indices of what they added, as EditHistory has them.
+  ForEachList<std::size_t> counts = counts_of(*session_);
+  std::vector<MadeEdit> before;
+  std::vector<MadeEdit> after;
+  for (std::size_t i = 0; i < recorded.entries.size(); ++i) {
+    const Recording::Entry& entry = recorded.entries[i];
+    MadeEdit made{entry.edit, entry.note};
+    if (const std::optional<EditedEntry> edited = edited_entry(entry.edit);
+        edited && edited->adds) {
+      set_index(made.edit, counts[edited->list]++);
+    }
+    if (entry.by_user) (i < then.recorded ? before : after).push_back(std::move(made));
+  }
+
+  Checkpoint checkpoint = session_->checkpoint();
+  checkpoint.settings = then.settings;
+  checkpoint.state = kept.state;
+  checkpoint.balance = kept.balance;
+  checkpoint.progress.edits.assign(edits.begin(),
+                                   edits.begin() + static_cast<std::ptrdiff_t>(then.edits));
+  session_->restore(checkpoint);
+  next_event_ = then.events_made;
+  numbering_ = then.numbering;
+  end_ = then.end;
+  edits_->remember(std::move(before));
+  recorded.entries.resize(then.recorded);
+  recorded.events_made = then.events_made;
+  recorded.numbering = then.numbering;
+  recording_.restore(std::move(recorded));
+  // A replay must begin anew here, too, and count its steps from here.
+  TimeSettings time = then.settings.time;
+  if (time.adapt != StepAdaptation::kNone) time.step = kept.time_step;
+  apply(SetSolver{then.settings.solver}, what, false);
+  apply(SetTime{time}, what, false);
+  recording_.move_to(*session_);
+  return after;
 }
 
 void Engine::go_before_last_edit() {

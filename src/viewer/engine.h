@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "edit_history.h"
+#include "kept_states.h"
 #include "numbering.h"
 #include "recording.h"
 #include "simulation.h"
@@ -54,6 +55,14 @@ class Engine {
   void go_back();
   /// The same, then EditHistory::go_before_last().
   void go_before_last_edit();
+  /// The present state, for restore().
+  std::shared_ptr<const KeptState> kept_state();
+  /// Goes on from a state that another engine of the same scene has kept. `recorded` and `edits` are the
+  /// recording of its run and Session::edits(). Of both, what came after the state is left out. Stepper
+  /// and solver begin anew, which is recorded as edits, `what`. Returns the edits that the user made after
+  /// the state.
+  std::vector<MadeEdit> restore(const KeptState& kept, Recording::Data recorded,
+                                const std::vector<AppliedEdit>& edits, const std::string& what);
   /// When the run ends: time.end of the scene or of its events so far, s.
   double end() const { return end_; }
 
@@ -71,7 +80,7 @@ class Engine {
   bool take_limit_change() { return std::exchange(limit_changed_, false); }
 
  private:
-  void apply(const Edit& edit, const std::string& what);
+  void apply(const Edit& edit, const std::string& what, bool by_user = true);
   void make_due_events();
   template <class Work>
   void with_drag(const Work& work);
@@ -96,6 +105,7 @@ class Engine {
   std::vector<std::string> ended_causes_;
   std::set<std::string> warned_causes_;  // edits with a warning that holds
   std::size_t reported_warnings_ = 0;    // number of warnings that are already notices
+  std::shared_ptr<const KeptSettings> kept_settings_;  // of the last kept state
   std::vector<EditMark> marks_;
   std::string last_mark_;  // of a drag, whose edits share one
   std::size_t edit_count_ = 0;

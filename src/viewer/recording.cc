@@ -44,9 +44,16 @@ void Recording::begin(const Scene& scene) {
   data_ = {.start = scene, .entries = {}, .numbering = Numbering(scene)};
 }
 
-void Recording::add(const Session& session, const Edit& edit, const std::string& note) {
+std::size_t Recording::entry_count() const {
   const std::lock_guard lock(mutex_);
-  data_.entries.push_back({session.step_number(), session.time(), session.time_step(), edit, note});
+  return data_.entries.size();
+}
+
+void Recording::add(const Session& session, const Edit& edit, const std::string& note,
+                    bool by_user) {
+  const std::lock_guard lock(mutex_);
+  data_.entries.push_back(
+      {session.step_number(), session.time(), session.time_step(), edit, note, by_user});
   data_.counts = counts_of(session);
 }
 

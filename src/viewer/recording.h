@@ -21,6 +21,7 @@ class Recording {
     double time_step = 0.0;  ///< time step after the edit, s
     Edit edit;
     std::string note;
+    bool by_user = true;  ///< not by an event of the scene
   };
   /// Everything that it has stored.
   struct Data {
@@ -37,12 +38,13 @@ class Recording {
   explicit Recording(const Scene& scene);
 
   Data data() const;
+  std::size_t entry_count() const;
   void restore(Data data);
 
   /// Begins again with a scene.
   void begin(const Scene& scene);
   /// Adds an edit that the session has just made.
-  void add(const Session& session, const Edit& edit, const std::string& note);
+  void add(const Session& session, const Edit& edit, const std::string& note, bool by_user);
   /// Must be called when the session has made a step or gone back.
   void move_to(const Session& session);
   /// Must be called when the scene's first `count` events have been made. `numbering` translates the

@@ -51,6 +51,15 @@ void Simulation::go_back() {
 void Simulation::go_before_last_edit() {
   impl_->send(Action{&SolverThread::go_before_last_edit, true});
 }
+void Simulation::show_at(double time) {
+  impl_->send(ShowKept{time});
+}
+void Simulation::continue_here() {
+  impl_->send(Action{[](SolverThread& solver) { solver.continue_shown(); }, true});
+}
+std::vector<double> Simulation::kept_times() const {
+  return impl_->lock()->kept.times();
+}
 void Simulation::set_pauses(bool at_end, bool at_energy_error) {
   const auto shared = impl_->lock();
   shared->pauses_at_end = at_end;
@@ -143,6 +152,9 @@ std::shared_ptr<const Snapshot> Simulation::snapshot() const {
   const auto shared = impl_->lock();
   shared->snapshot_taken = true;
   return shared->snapshot;
+}
+std::shared_ptr<const Snapshot> Simulation::peek() const {
+  return impl_->lock()->snapshot;
 }
 Settings Simulation::settings() const {
   return impl_->lock()->settings;

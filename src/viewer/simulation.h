@@ -86,6 +86,15 @@ class Simulation {
   void restart();
   /// Returns to the scene's start, pauses, and removes the user's edits.
   void reset();
+  /// Pauses and shows the kept state nearest to a time (Snapshot::earlier), or the present one at its
+  /// time and later. run(), step(), edits, drags and recordings then continue from the state that is
+  /// shown, with the settings of now; undo() brings back the run as it was. A recording ends there. The
+  /// other commands return to the present state first.
+  void show_at(double time);
+  /// Continues from the state that is shown, paused.
+  void continue_here();
+  /// The times of the kept states, s, in ascending order.
+  std::vector<double> kept_times() const;
   /// Whether a running simulation pauses at time.end, and when the energy error passes a hundredth of
   /// the energy that entered (EnergyWatch). Snapshot::pause then says why. run() goes on.
   void set_pauses(bool at_end, bool at_energy_error);
@@ -154,8 +163,10 @@ class Simulation {
   /// Whether there is a recording, or the solver has still to start it.
   bool observed() const;
 
-  /// The newest snapshot. It is never null.
+  /// The newest snapshot. It is never null. The solver makes the next one only after this.
   std::shared_ptr<const Snapshot> snapshot() const;
+  /// The same for someone who only looks: the next snapshot waits for the one who draws.
+  std::shared_ptr<const Snapshot> peek() const;
   /// Its number of the run, Snapshot::body.
   std::uint64_t body() const;
   Settings settings() const;

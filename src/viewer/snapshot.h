@@ -7,6 +7,7 @@
 
 #include "tetraction/core/types.h"
 #include "tetraction/simulation/session.h"
+#include "viewer/color_field.h"
 
 namespace tetraction::viewer {
 
@@ -48,9 +49,6 @@ struct EditMark {
   std::string what;
 };
 
-/// The quantity that colours the body, out of color_quantities(). Null: one colour.
-using ColorField = const Quantity*;
-
 /// Why a running simulation has paused by itself.
 enum class Pause { kNone, kEnd, kEnergyError };
 
@@ -63,6 +61,8 @@ struct Snapshot {
   Index step = 0;
   RunStatus status = RunStatus::kRunning;
   bool running = false;             ///< whether the solver makes steps
+  bool earlier = false;             ///< whether it is a kept state, from which the run can go on
+  double newest = 0.0;              ///< the time that the run has reached, s
   std::string message;              ///< of a run that ended; otherwise empty
   Index failed_element = -1;        ///< that a failure is about, or −1
   Vector position;                  ///< 3 per vertex, m
@@ -71,7 +71,7 @@ struct Snapshot {
   Vector user_force;                ///< of the forces that the user has added, N
   Vector reaction_force;            ///< N
   std::vector<std::uint8_t> fixed;  ///< per vertex: 1 if a [[fix]] or the mouse prescribes it
-  ColorField field = nullptr;
+  ColorField field;
   bool field_on_cells = false;
   std::vector<float> field_values;  ///< per vertex or per tetrahedron
   double stable_step = 0.0;         ///< estimate of the explicit limit, s

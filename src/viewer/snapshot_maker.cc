@@ -13,20 +13,13 @@ std::vector<std::uint8_t> prescribed_vertices(const Session& session) {
   return is_prescribed;
 }
 
-std::vector<float> color_values(const Matrix& values) {
-  std::vector<float> result(static_cast<std::size_t>(values.cols()));
-  for (std::size_t i = 0; i < result.size(); ++i) {
-    const auto column = values.col(static_cast<Index>(i));
-    result[i] = static_cast<float>(column.size() == 1 ? column[0] : column.norm());
-  }
-  return result;
-}
+namespace {
 
-Snapshot make_snapshot(const Session& session, ColorField field) {
-  const State& state = session.state();
+Snapshot snapshot_at(const Session& session, ColorField field, const State& state) {
   Snapshot snapshot;
   snapshot.time = state.time;
   snapshot.step = state.step;
+  snapshot.newest = session.time();
   snapshot.status = session.status();
   snapshot.message = session.message();
   if (const StepFailure* failure = session.failure();
@@ -36,14 +29,30 @@ Snapshot make_snapshot(const Session& session, ColorField field) {
   snapshot.position = state.position;
   snapshot.velocity = state.velocity;
   snapshot.momentum = state.momentum;
-  snapshot.external_force = session.next_external_force();
-  snapshot.reaction_force = session.reaction_force();
-  snapshot.fixed = prescribed_vertices(session);
   snapshot.field = field;
   if (field == nullptr) return snapshot;
   const Quantity& drawn = drawn_quantity(*field, session.system().mesh().is_quadratic());
   snapshot.field_on_cells = drawn.domain == ValueDomain::kTetrahedra;
-  snapshot.field_values = color_values(values_of(session, drawn));
+  snapshot.field_values = color_values(values_of(session, drawn, state), field.component);
+  return snapshot;
+}
+
+}  // namespace
+
+Snapshot make_snapshot(const Session& session, ColorField field) {
+  Snapshot snapshot = snapshot_at(session, field, session.state());
+  snapshot.external_force = session.next_external_force();
+  snapshot.reaction_force = session.reaction_force();
+  snapshot.fixed = prescribed_vertices(session);
+  return snapshot;
+}
+
+Snapshot make_snapshot(const Session& session, ColorField field, const KeptState& kept) {
+  Snapshot snapshot = snapshot_at(session, field, kept.state);
+  snapshot.earlier = true;
+  snapshot.external_force = snapshot.reaction_force = snapshot.user_force =
+      Vector::Zero(kept.state.position.size());
+  snapshot.fixed = kept.settings->fixed;
   return snapshot;
 }
 

@@ -41,6 +41,7 @@ void SolverThread::resume() {
 }
 
 void SolverThread::run() {
+  continue_shown();
   engine_->require_good_state();
   resume();
   speed_limiter_.restart(session().time());
@@ -48,16 +49,19 @@ void SolverThread::run() {
 }
 
 void SolverThread::grab(const std::vector<Index>& vertices) {
+  continue_shown();
   engine_->grab(vertices);
   redo_.clear();
 }
 
 void SolverThread::pull(const std::vector<Index>& vertices, double radius) {
+  continue_shown();
   engine_->pull(vertices, radius, stable_step_);
   redo_.clear();
 }
 
 void SolverThread::go_before_last_edit() {
+  shown_.reset();
   if (!engine_->edits().knows_state_before_last()) return;
   go_back();
   engine_->go_before_last_edit();
@@ -66,16 +70,20 @@ void SolverThread::go_before_last_edit() {
 }
 
 void SolverThread::step_once() {
+  continue_shown();
   pause();
   resume();
   step();
 }
 
 void SolverThread::go_back() {
+  if (continue_shown()) return;
   pause();
   pause_ = Pause::kNone;
   engine_->go_back();
-  shared_.lock()->history.go_back_to(session().step_number());
+  const auto shared = shared_.lock();
+  shared->history.go_back_to(session().step_number());
+  shared->kept.go_back_to(session().step_number());
 }
 
 // Estimates the stability limit. In a failed state this is possible only if the energy is defined.
@@ -100,6 +108,7 @@ void SolverThread::execute(const DragTo& drag) {
 
 void SolverThread::execute(MakeEdit& edit) {
   const bool is_time = std::holds_alternative<SetTime>(edit.edit);
+  continue_shown();
   engine_->edit(std::move(edit.edit), edit.what, edit.continues_previous);
   redo_.clear();
   if (!is_time) return;

@@ -1,4 +1,6 @@
 // The runs of a SolverThread that replace one another, with undo and redo.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <memory>
 #include <utility>
@@ -21,6 +23,7 @@ void SolverThread::Run::give_up() {
   made = engine->edits().edits_in_effect();
   engine.reset();
   history = HistoryLog();
+  kept = KeptStates();
   marks.clear();
 }
 
@@ -44,7 +47,7 @@ SolverThread::Run SolverThread::new_run(std::shared_ptr<const Scene> scene,
 }
 
 // Takes the present run out of the members. take() must follow.
-SolverThread::Run SolverThread::leave_run(const std::string& what) {
+SolverThread::Run SolverThread::leave_run(const std::string& what, Index parted) {
   publish_edit_results();  // the marks of the last edits
   Run run;
   run.scene = scene_;
@@ -56,8 +59,10 @@ SolverThread::Run SolverThread::leave_run(const std::string& what) {
   run.energy = energy_;
   run.kept_edits = kept_edits_;
   run.what = what;
+  run.parted = parted;
   const auto shared = shared_.lock();
   run.history = shared->history;
+  run.kept = shared->kept;
   run.marks = shared->marks;
   return run;
 }
@@ -73,6 +78,10 @@ void SolverThread::take(Run& run) {
 // Takes a new run and makes edits in it.
 void SolverThread::begin_run(Run run, const std::vector<MadeEdit>& made) {
   take(run);
+  make_again(made);
+}
+
+void SolverThread::make_again(const std::vector<MadeEdit>& made) {
   for (const MadeEdit& kept : kept_settings(made, session())) {
     report_failure_of([&] { engine_->edit(kept.edit, kept.what, kept.continues_previous); });
   }
@@ -88,17 +97,23 @@ void SolverThread::continue_run(std::vector<Run>& from, std::vector<Run>& others
   Run next = std::move(from.back());
   const std::size_t kept_edits = next.kept_edits;
   if (next.engine) {
-    others.push_back(leave_run(next.what));
+    others.push_back(leave_run(next.what, next.parted));
+    // What both runs have in common is kept in any case.
+    if (next.kept.size() == 0) {
+      next.kept = others.back().kept;
+      next.kept.go_back_to(next.parted);
+    }
     take(next);
     stable_step_ = next.stable_step;
     passed_end_ = next.passed_end;
     energy_ = next.energy;
     const auto shared = shared_.lock();
     shared->history.replace_by(std::move(next.history));
+    shared->kept = std::move(next.kept);
     shared->marks = std::move(next.marks);
   } else {
     Run fresh = new_run(next.scene, next.mesh);
-    others.push_back(leave_run(next.what));
+    others.push_back(leave_run(next.what, next.parted));
     begin_run(std::move(fresh), next.made);
   }
   kept_edits_ = std::min(kept_edits, engine_->edits().undo_count());
@@ -110,15 +125,84 @@ void SolverThread::continue_run(std::vector<Run>& from, std::vector<Run>& others
 // Gives up the engines of the runs that are the farthest away.
 void SolverThread::limit_memory() {
   Index vertices = 0;
+  std::size_t bytes = shared_.lock()->kept.bytes();
   const auto limit = [&](std::vector<Run>& runs) {
     for (auto run = runs.rbegin(); run != runs.rend(); ++run) {
       vertices += run->mesh->vertex_count();
+      bytes += run->kept.bytes();
+      if (bytes > KeptStates::kBudget) run->kept = KeptStates();
       if (!run->engine || run == runs.rbegin() || vertices <= kMostKeptVertices) continue;
       run->give_up();
     }
   };
   limit(undo_);
   limit(redo_);
+}
+
+void SolverThread::keep_state() {
+  if (!shared_.lock()->kept.wants(session().step_number())) return;
+  auto state = engine_->kept_state();
+  std::size_t bytes = 0;
+  {
+    const auto shared = shared_.lock();
+    shared->kept.add(std::move(state));
+    bytes = shared->kept.bytes();
+  }
+  if (2 * bytes > KeptStates::kBudget && !(undo_.empty() && redo_.empty())) limit_memory();
+}
+
+void SolverThread::execute(const ShowKept& wanted) {
+  pause();
+  const auto shared = shared_.lock();
+  const bool is_past = wanted.time < session().time();
+  shown_ = is_past ? shared->kept.nearest(wanted.time) : nullptr;
+  if (shown_ && shown_->state.step == session().step_number()) shown_.reset();
+}
+
+// What is shown is what goes on: the run continues from the kept state that is shown, if there is one, with the
+// settings of now. Returns whether it does.
+bool SolverThread::continue_shown() {
+  if (!shown_) return false;
+  const std::shared_ptr<const KeptState> kept = std::exchange(shown_, nullptr);
+  const Index step = kept->state.step;
+  const std::string what = fmt::format("Continue from {:.6g} s", kept->state.time);
+  pause();
+  if (observer_) {
+    notices_.push_back(
+        {Notice::Kind::kNote,
+         fmt::format("The recording of the run has ended at {:.6g} s, because the run "
+                     "continues from {:.6g} s.",
+                     session().time(), kept->state.time),
+         "recording"});
+  }
+  end_observation();
+  engine_->release();
+  engine_->go_back();
+  Run fresh = new_run(scene_, mesh_);
+  fresh.engine->take_notices();  // those of the scene are known already
+  Run past = leave_run(what, step);
+  past.engine->forget_undone();
+  take(fresh);
+  const std::vector<MadeEdit> made =
+      engine_->restore(*kept, past.recording, past.engine->session().edits(), what);
+  speed_limiter_.restart(session().time());
+  energy_.restart(session());
+  {
+    const auto shared = shared_.lock();
+    HistoryLog history = past.history;
+    history.go_back_to(step);
+    shared->history.replace_by(std::move(history));
+    shared->kept = past.kept;
+    shared->kept.go_back_to(step);
+    shared->marks = past.marks;
+    std::erase_if(shared->marks,
+                  [&](const EditMark& mark) { return mark.time > kept->state.time; });
+  }
+  make_again(made);
+  redo_.clear();
+  undo_.push_back(std::move(past));
+  limit_memory();
+  return true;
 }
 
 bool SolverThread::run_change_is_last() const {
@@ -181,6 +265,7 @@ void SolverThread::set_up(const Scene& scene, const std::string& what) {
 }
 
 void SolverThread::undo() {
+  shown_.reset();
   if (run_change_is_last()) {
     continue_run(undo_, redo_);
     // A restart that is made again leads to the start.
@@ -191,6 +276,7 @@ void SolverThread::undo() {
 }
 
 void SolverThread::redo() {
+  shown_.reset();
   if (engine_->edits().redo_text().empty() && !redo_.empty()) {
     continue_run(redo_, undo_);
   } else {

@@ -108,8 +108,9 @@ void SolverThread::send(Command command) {
         replaces(next->edit, last->edit)) {
       last->edit = std::move(next->edit);
       last->what = std::move(next->what);
-    } else if (!commands.empty() && std::holds_alternative<DragTo>(command) &&
-               std::holds_alternative<DragTo>(commands.back())) {
+    } else if (!commands.empty() && command.index() == commands.back().index() &&
+               (std::holds_alternative<DragTo>(command) ||
+                std::holds_alternative<ShowKept>(command))) {
       commands.back() = std::move(command);
     } else {
       commands.push_back(std::move(command));
@@ -136,9 +137,13 @@ void SolverThread::begin() {
   pause_ = Pause::kNone;
   passed_end_ = false;
   ++body_;
+  shown_.reset();
+  auto start = engine_->kept_state();
   const auto shared = shared_.lock();
   shared->history.clear();
   shared->history.add(row);
+  shared->kept = KeptStates();
+  shared->kept.add(std::move(start));
   shared->marks.clear();
 }
 
@@ -180,14 +185,15 @@ void SolverThread::publish() {
   snapshot_due_ = false;
   steps_since_snapshot_ = 0;
   const ColorField field = shared_.lock()->field;
-  auto next = std::make_shared<Snapshot>(make_snapshot(session(), field));
+  auto next = std::make_shared<Snapshot>(shown_ ? make_snapshot(session(), field, *shown_)
+                                                : make_snapshot(session(), field));
   next->generation = ++generation_;
   next->body = body_;
   next->stable_step = stable_step_;
   if (session().time_settings().adapt != StepAdaptation::kNone) {
     next->adapted_step = session().steps().last;
   }
-  next->user_force = user_force_;
+  if (!shown_) next->user_force = user_force_;
   next->pause = pause_;
   next->energy_error = energy_.error();
   next->energy_entered = energy_.entered();
@@ -232,6 +238,7 @@ void SolverThread::step() {
   }
   if (session().step_number() > before) {
     notify_observer([this](Observer& o) { return o.on_step(session()); });
+    if (can_continue) keep_state();
   }
   if (!can_continue) {
     snapshot_due_ = true;
@@ -277,6 +284,7 @@ void SolverThread::execute(Observe& observe) {
   end_observation();
   shared_.lock()->observed = false;
   if (!observe.observer) return;
+  continue_shown();
   engine_->require_good_state();
   shared_.lock()->observed = true;
   observer_ = std::move(observe.observer);

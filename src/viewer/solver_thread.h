@@ -39,8 +39,11 @@ struct MakeEdit {
   std::string what;
   bool continues_previous = false;
 };
+struct ShowKept {
+  double time = 0.0;  // s
+};
 struct Publish {};
-using Command = std::variant<Action, DragTo, Observe, MakeEdit, Publish>;
+using Command = std::variant<Action, DragTo, Observe, MakeEdit, ShowKept, Publish>;
 
 /// Data that the window's thread and the solver's thread share. No computation is made while the lock
 /// is held.
@@ -55,7 +58,7 @@ struct SharedState {
   double picture_interval = 0.0;  // s; 0: pictures are drawn when there is time for them
   bool pauses_at_end = false;
   bool pauses_at_energy_error = false;
-  ColorField field = nullptr;
+  ColorField field;
   std::shared_ptr<const Snapshot> snapshot;
   std::shared_ptr<const TetMesh> mesh;  // of the snapshot
   std::shared_ptr<const Scene> scene;
@@ -66,6 +69,7 @@ struct SharedState {
   std::optional<std::string> refusal;  // of the last set_up()
   int set_ups_to_come = 0;             // whose results are not published yet
   HistoryLog history;
+  KeptStates kept;
   std::vector<EditMark> marks;
   std::vector<Notice> notices;
   std::vector<std::string> ended_causes;
@@ -112,6 +116,7 @@ class SolverThread {
   void pause();
   void step_once();
   void restart();
+  bool continue_shown();
   void reset();
   void go_back();
   void set_up(const Scene& scene, const std::string& what);
@@ -126,12 +131,14 @@ class SolverThread {
     std::vector<MadeEdit> made;      // of a run without an engine
     Recording::Data recording;
     HistoryLog history;
+    KeptStates kept;
     std::vector<EditMark> marks;
     double stable_step = 0.0;
     bool passed_end = false;
     EnergyWatch energy;
     std::size_t kept_edits = 0;
-    std::string what;  // the change between this run and the present one
+    std::string what;   // the change between this run and the present one
+    Index parted = -1;  // the last step that both have
 
     void give_up();
   };
@@ -144,9 +151,11 @@ class SolverThread {
   const Session& session() const { return engine_->session(); }
   void begin();
   Run new_run(std::shared_ptr<const Scene> scene, std::shared_ptr<const TetMesh> mesh);
-  Run leave_run(const std::string& what);
+  Run leave_run(const std::string& what, Index parted = -1);
   void take(Run& run);
   void begin_run(Run run, const std::vector<MadeEdit>& made);
+  void make_again(const std::vector<MadeEdit>& made);
+  void keep_state();
   void continue_run(std::vector<Run>& from, std::vector<Run>& others);
   void limit_memory();
   bool run_change_is_last() const;
@@ -164,6 +173,7 @@ class SolverThread {
   void execute(const DragTo&);
   void execute(Observe& observe);
   void execute(MakeEdit& edit);
+  void execute(const ShowKept& wanted);
   void execute(const Publish&) {}
   void resume();
   void check_pauses();
@@ -186,6 +196,7 @@ class SolverThread {
   std::unique_ptr<Engine> engine_;
   Vector user_force_;
   std::vector<Run> undo_, redo_;
+  std::shared_ptr<const KeptState> shown_;  // in place of the present state
   std::size_t kept_edits_ = 0;   // EditHistory::undo_count() at the start of the present run
   std::size_t run_changes_ = 0;  // those that are not counted as edits yet
   int set_ups_ = 0;              // those that are not published yet

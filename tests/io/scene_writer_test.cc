@@ -212,6 +212,8 @@ std::vector<Edit> every_edit(const Scene& scene) {
           SetDamping{},
           SetDamping{},  // which changes nothing, and is an edit all the same
           SetEnvironment{{EnvironmentKind::kNone, 1.0, Vector3::UnitX(), 0.5}},
+          SetPull{{{2, 1}, {0.1, 1e-17, 3}, 40.0, 2.0}},
+          SetPull{},
           SetForce{0, forever},
           SetForce{std::nullopt, forever},
           SetForce{4, scene.force[0]},

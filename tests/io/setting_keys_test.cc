@@ -115,6 +115,9 @@ std::vector<Base> bases_of(const SceneSection& section) {
     bases.add(
         name, [](Scene& s) { return &s.environment; },
         [](Scene& s) { s.environment = gravity(3.0); });
+  } else if (name == "pull") {
+    bases.add(
+        name, [](Scene& s) { return &s.pull; }, [](Scene& s) { s.pull.vertices = {4}; });
   } else if (name == "fix") {
     for (const bool is_moving : {false, true}) {
       bases.add(

@@ -280,6 +280,8 @@ target = [-0.4, 0.0, 0.0]
         for extra, name in (
             (tables(constraint=[dict(kind="rigid", select=plane("x", 0.4))]), "[[constraint]]"),
             (tables(pressure=[dict(select={"faces": {"normal": [0, 0, 1]}}, value=10.0)]), "[[pressure]]"),
+            ("[pull]\nvertices = [0]\nstiffness = 5.0\n", "[pull]"),
+            (tables(event=[dict(at=1e-3, set={"pull.vertices": [0], "pull.stiffness": 5.0})]), "[pull]"),
         ):
             with self.subTest(name=name):
                 done = self.assert_refused(2, self.scene(extra), 2, name)

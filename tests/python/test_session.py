@@ -214,6 +214,7 @@ def test_every_edit(beam):
         tt.SetSolver(tolerance=1e-9),
         tt.SetDamping(viscosity=1.0),
         tt.SetEnvironment(strength=1.62),
+        tt.SetPull(vertices=[40, 44], target=[1.0, 0.1, 0.0], stiffness=5.0, damping=0.1),
         tt.SetForce(select=tip, vector=[0, 0, 1e-3]),
         tt.SetForce(0, vector=[0, 0, 2e-3]),
         tt.SetPressure(select=tip, value=3.0),

@@ -67,6 +67,7 @@ std::vector<NamedEdit> every_kind(const Scene& scene) {
       {"automatic step", SetTime{automatic}},
       {"solver", SetSolver{solver}},
       {"damping", SetDamping{{2.0, 0.5, 30.0}}},
+      {"pull", SetPull{{{2, 5}, {2.0, 0.5, 0.5}, 40.0, 1.0}}},
       {"environment", SetEnvironment{{EnvironmentKind::kAttraction, 20.0, Vector3(1, 2, 3), 0.5}}},
       {"change a force", SetForce{0, changed}},
       {"add a force", SetForce{std::nullopt, added}},
@@ -92,6 +93,7 @@ std::string text_of(const Simulation& simulation) {
   scene.solver = settings.solver;
   scene.damping = settings.damping;
   scene.environment = settings.environment;
+  scene.pull = settings.pull;
   scene.force.clear();
   for (const ForceSettings& force : settings.loads.force) {
     if (!force.vector.isZero(0.0)) scene.force.push_back(force);

@@ -2,6 +2,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "support/temporary_folder.h"
+#include "tetraction/io/scene_reader.h"
+#include "tetraction/io/scene_writer.h"
 #include "viewer_support.h"
 
 namespace tetraction::viewer {
@@ -74,6 +77,11 @@ TEST_F(SpringDrags, TheRecordedSceneReplaysBitwise) {
     const Scene recorded = simulation_->recorded_scene();
     EXPECT_GT(recorded.event.size(), 3U);
     expect_bitwise_equal(simulation_->history(0), history_of_run(recorded, simulation_->mesh()));
+    const TemporaryFolder temporary;
+    const std::string path = (temporary.path() / "recorded.toml").string();
+    write_scene(recorded, path);
+    expect_bitwise_equal(simulation_->history(0),
+                         history_of_run(read_scene(path), simulation_->mesh()));
   }
 }
 

@@ -16,6 +16,7 @@ class BodyFields;
 class MechanicalSystem;
 class Session;
 struct ElementFields;
+struct State;
 
 /// The quantities of [[probe]].
 enum class ProbeQuantity {
@@ -85,7 +86,7 @@ struct Quantity {
   InFrames frames = InFrames::kNamed;
   std::optional<ProbeQuantity> probe{};  ///< needs of_vertices or of_element
   bool is_sum = false;       ///< whether a probe is the sum over its vertices, not the mean
-  ColorUse color{};          ///< for scalars, and for vectors, whose lengths are the colours
+  ColorUse color{};          ///< of scalars, of vectors by their lengths, and of components
   bool is_integral = false;  ///< flags and numbers of regions
   bool is_relative = false;  ///< whether the rest positions are subtracted from of_vertices
 
@@ -130,5 +131,7 @@ const Quantity& drawn_quantity(const Quantity& color, bool is_quadratic);
 std::vector<Matrix> values_of(const Session& session, const std::vector<const Quantity*>& list);
 /// The values of one quantity, which take less time alone.
 Matrix values_of(const Session& session, const Quantity& quantity);
+/// The same at another state of the body, with the present materials. Forces are those of the session.
+Matrix values_of(const Session& session, const Quantity& quantity, const State& state);
 
 }  // namespace tetraction

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "cli/command_line.h"
+#include "cli/interrupt_guard.h"
 #include "commands.h"
 #include "tetraction/core/error.h"
 #include "tetraction/core/parallel.h"
@@ -20,6 +21,7 @@ namespace {
 struct ViewOptions {
   std::string path;
   std::optional<double> scale;
+  std::string record;
 };
 
 int view(const ViewOptions& options) {
@@ -30,7 +32,9 @@ int view(const ViewOptions& options) {
     throw InputError("view: --scale must be above 0 and finite; 0.001 for a mesh in millimetres.");
   }
 #ifdef TETRACTION_WITH_WINDOW
-  return viewer::run_viewer(options.path, options.scale);
+  const InterruptGuard guard;
+  return viewer::run_viewer(options.path, options.scale, options.record,
+                            &InterruptGuard::interrupted);
 #else
   become_program("tetraction-window");
   throw InputError(
@@ -51,6 +55,11 @@ void add_view_command(CLI::App& app, int& exit_code) {
                       "an example scene");
   command->add_option("--scale", options->scale,
                       "Multiplies the coordinates of a mesh file; 0.001 for one in millimetres");
+  command
+      ->add_option("--record", options->record,
+                   "Writes the run into this folder from its first step on, as tetraction run "
+                   "does; complete when the window closes")
+      ->type_name("DIR");
   command->callback([options, &app, command, &exit_code] {
     // One core is left to the window, which draws while the solver works.
     if (app.count("--threads") + command->count("--threads") == 0)

@@ -14,8 +14,9 @@ namespace tetraction {
 // together, when the first of them is needed.
 class BodyFields {
  public:
-  explicit BodyFields(const Session& of)
-      : session(of), system(of.system()), q(of.present_state().position) {}
+  explicit BodyFields(const Session& of) : BodyFields(of, of.present_state()) {}
+  BodyFields(const Session& of, const State& at)
+      : session(of), system(of.system()), state(at), q(at.position) {}
 
   const ElementFields& elements() {
     if (!has_elements_) elements_ = element_fields(system, q);
@@ -48,6 +49,7 @@ class BodyFields {
 
   const Session& session;
   const MechanicalSystem& system;
+  const State& state;
   const Vector& q;
   const bool is_quadratic = system.mesh().is_quadratic();
 
@@ -103,9 +105,18 @@ Matrix nodal_pressures(BodyFields& fields) {
              : nodal_average(fields.system, pressures(fields.elements().cauchy_stress));
 }
 
+// The vector of a quantity; if the state has it, that of the state.
+const Vector& vector_of(const Quantity& quantity, const BodyFields& fields) {
+  const Vector& present = quantity.of_vertices(fields.session);
+  for (Vector State::*const own : {&State::position, &State::velocity, &State::momentum}) {
+    if (&present == &(fields.session.present_state().*own)) return fields.state.*own;
+  }
+  return present;
+}
+
 // The values of one vector for each vertex.
 Matrix vertex_values(const Quantity& quantity, const BodyFields& fields) {
-  const Vector& field = quantity.of_vertices(fields.session);
+  const Vector& field = vector_of(quantity, fields);
   const Index count = fields.system.vertex_count();
   if (field.size() == 0) return Matrix::Zero(3, count);
   if (!quantity.is_relative) return field.reshaped(3, count);
@@ -173,6 +184,7 @@ std::vector<Quantity> all_quantities() {
        .frames = InFrames::kDefault,
        .probe = P::kReaction,
        .is_sum = true,
+       .color = {"Reaction", 6},
        .of_vertices = [](const Session& s) -> const Vector& { return s.reaction_force(); }},
       {.name = "fixed", .frames = InFrames::kDefault, .is_integral = true, .of_body = fixed_flags},
       {.name = "deformation",
@@ -210,6 +222,7 @@ std::vector<Quantity> all_quantities() {
        .domain = kTetrahedra,
        .frames = InFrames::kDefault,
        .probe = P::kCauchyStress,
+       .color = {"Cauchy stress", 9, 0.0},
        .of_element =
            [](const ElementPlace& at, double* to) {
              Eigen::Map<Vector6>{to} = six_components(at.cauchy_stress());
@@ -246,7 +259,7 @@ std::vector<Quantity> all_quantities() {
       {.name = "region",
        .domain = kTetrahedra,
        .frames = InFrames::kDefault,
-       .color = {"Region", 6},
+       .color = {"Region", 10},
        .is_integral = true,
        .of_body = region_numbers},
       {.name = "first_piola",
@@ -258,10 +271,13 @@ std::vector<Quantity> all_quantities() {
        .unit = "Pa",
        .shape = kPrincipalValues,
        .domain = kTetrahedra,
+       .color = {"Principal stresses", 8, 0.0},
        .of_body = [](F& f) { return principal_stresses(f.elements().cauchy_stress); }},
-      {.name = "pressure", .unit = "Pa", .domain = kTetrahedra, .of_body = [](F& f) {
-         return pressures(f.elements().cauchy_stress);
-       }}};
+      {.name = "pressure",
+       .unit = "Pa",
+       .domain = kTetrahedra,
+       .color = {"Pressure", 7, 0.0},
+       .of_body = [](F& f) { return pressures(f.elements().cauchy_stress); }}};
 }
 
 }  // namespace
@@ -364,7 +380,11 @@ std::vector<Matrix> values_of(const Session& session, const std::vector<const Qu
 }
 
 Matrix values_of(const Session& session, const Quantity& quantity) {
-  BodyFields fields(session);
+  return values_of(session, quantity, session.present_state());
+}
+
+Matrix values_of(const Session& session, const Quantity& quantity, const State& state) {
+  BodyFields fields(session, state);
   if (quantity.of_element != nullptr) return element_values(quantity, fields);
   if (quantity.of_body != nullptr) return quantity.of_body(fields);
   return quantity.of_vertices != nullptr ? vertex_values(quantity, fields)

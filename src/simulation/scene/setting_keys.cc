@@ -99,6 +99,20 @@ std::string amplitude_conflict(const EnvironmentSettings& environment) {
              : "";
 }
 
+// Vertices that are pulled, of which there may be none: then nothing acts.
+class PulledVertices : public MemberValue<PullSettings, std::vector<std::int64_t>> {
+ public:
+  PulledVertices() : MemberValue(&PullSettings::vertices) {}
+  void read(const Json& node, const NumberRange& range, const Refusal& refuse,
+            void* settings) const override {
+    if (node.is_array() && node.empty()) {
+      static_cast<PullSettings*>(settings)->vertices.clear();
+    } else {
+      MemberValue::read(node, range, refuse, settings);
+    }
+  }
+};
+
 std::string pull_conflict(const PullSettings& pull) {
   const bool acts = pull.stiffness > 0.0 || pull.damping > 0.0;
   return acts && pull.vertices.empty() ? "must name the vertices that the spring pulls." : "";
@@ -298,7 +312,7 @@ SceneSection pull_section() {
   SceneSection section = make_section<S>(
       "pull",
       {{{.name = "vertices", .help = "the numbers of the vertices in the mesh file, each once"},
-        &S::vertices},
+        PulledVertices()},
        {{.name = "target", .unit = "m", .help = "the point to which their mean is pulled"},
         &S::target},
        {{.name = "stiffness",

@@ -39,6 +39,7 @@ class MeshDependence {
   void check(const Scene& scene, const std::string& error_probe) const {
     check(scene.damping, "");
     check(scene.environment, "");
+    check(scene.pull, "pull.vertices");
     for (const FixSettings& fix : scene.fix) check(fix, fix.where);
     for (const ConstraintSettings& constraint : scene.constraint) {
       check(constraint, constraint.where);
@@ -77,6 +78,9 @@ class MeshDependence {
     refuse(where,
            "environment.kind = \"attraction\" pulls every vertex whatever its mass, so that a "
            "finer mesh is pulled more.");
+  }
+  void check(const PullSettings& pull, const std::string& where) const {
+    if (!pull.vertices.empty()) check_selection(SelectVertices{pull.vertices}, where);
   }
   void check(const FixSettings& fix, const std::string& where) const {
     check_selection(fix.select, where);
@@ -117,6 +121,9 @@ class MeshDependence {
     check(edit.settings, where);
   }
   void check_edit(const SetEnvironment& edit, const std::string& where) const {
+    check(edit.settings, where);
+  }
+  void check_edit(const SetPull& edit, const std::string& where) const {
     check(edit.settings, where);
   }
   template <class Entry>

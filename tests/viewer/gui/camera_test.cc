@@ -26,7 +26,7 @@ class Camera : public WindowTest {
 
 TEST_F(Camera, HomeKeepsTheDirection) {
   show(quiet_beam());
-  drag(QPoint(200, 200), QPoint(320, 260));  // turns the camera
+  drag(QPoint(200, 200), QPoint(380, 330));  // turns the camera
   const double before = slope();
   press_key(Qt::Key_Home);
   wait();

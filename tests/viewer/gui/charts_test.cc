@@ -106,7 +106,7 @@ TEST_F(Charts, HiddenSeriesStayHiddenInEachChart) {
   click("series_1");
   wait(200);
   EXPECT_EQ(orange(), 0U);
-  choose(2);
+  choose(3);
   EXPECT_TRUE(find<QCheckBox>("series_1")->isChecked());
   EXPECT_GT(orange(), 50U);
   click("series_0");
@@ -114,7 +114,7 @@ TEST_F(Charts, HiddenSeriesStayHiddenInEachChart) {
   EXPECT_FALSE(find<QCheckBox>("series_1")->isChecked());
   EXPECT_TRUE(find<QCheckBox>("series_0")->isChecked());
   EXPECT_EQ(orange(), 0U);
-  choose(2);
+  choose(3);
   EXPECT_FALSE(find<QCheckBox>("series_0")->isChecked());
   choose(0);
   click("series_1");
@@ -180,16 +180,16 @@ TEST(ChartSeries, OfProbesLeaveRowsWithoutValuesOut) {
 TEST_F(Charts, OfProbesAreDrawnLive) {
   show(first_scene());
   auto* tabs = find<QTabBar>("chart_tabs");
-  EXPECT_EQ(tabs->count(), 5);
+  EXPECT_EQ(tabs->count(), 6);
   Document document = first_scene();
   const ProbeSettings tip = probe_of("tip", ProbeQuantity::kDisplacement, SelectPlane{0, 1.2, {}});
   document.scene.probe = {tip, probe_of("grip", ProbeQuantity::kReaction)};
   show(std::move(document));
-  ASSERT_EQ(tabs->count(), 6);
+  ASSERT_EQ(tabs->count(), 7);
   run_to(0.3);
-  window_->chart()->show_kind(5);
+  window_->chart()->show_kind(6);
   wait(200);
-  EXPECT_EQ(tabs->currentIndex(), 5);
+  EXPECT_EQ(tabs->currentIndex(), 6);
   const auto& rows = window_->chart()->rows();
   ASSERT_EQ(rows.size(), static_cast<std::size_t>(state().step) + 1);
   // The mean displacement of the end of the last row is that of the shown state.
@@ -215,7 +215,7 @@ TEST_F(Charts, OfProbesAreDrawnLive) {
   EXPECT_EQ(find<QCheckBox>("series_0")->text(), QStringLiteral("grip_x"));
   // The next scene has none.
   show(first_scene());
-  EXPECT_EQ(tabs->count(), 5);
+  EXPECT_EQ(tabs->count(), 6);
   EXPECT_EQ(tabs->currentIndex(), 0);
   EXPECT_FALSE(choice->isVisible());
 }

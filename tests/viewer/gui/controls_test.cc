@@ -42,7 +42,7 @@ TEST_F(Controls, StepAndRestartByKeyAndButton) {
   EXPECT_EQ(state().step, 2);
   press_and_settle(Qt::Key_R);
   EXPECT_EQ(state().step, 0);
-  QTest::mouseClick(find<QPushButton>("run"), Qt::LeftButton);
+  QTest::mouseClick(find<QAbstractButton>("run"), Qt::LeftButton);
   EXPECT_TRUE(wait_for([&] { return state().step > 1; }));
   push("restart");
   EXPECT_EQ(state().step, 0);
@@ -244,7 +244,7 @@ TEST_F(Controls, RestartKeepsAndReloadAsks) {
     });
     menu_action(QStringLiteral("Re&load"))->trigger();
     EXPECT_TRUE(answer.given());
-    EXPECT_TRUE(text.contains(QStringLiteral("Viscosity"), Qt::CaseInsensitive));
+    EXPECT_TRUE(text.contains(QStringLiteral("Restart"))) << text.toStdString();
   }
   settle();
   EXPECT_EQ(state().step, 0);

@@ -130,9 +130,8 @@ TEST_F(Drags, ALargeEnergyErrorPausesWithWaysOut) {
   EXPECT_NE(action_button(QStringLiteral("Half the step")), nullptr);
   QTest::mouseClick(action_button(rule), Qt::LeftButton);
   const double end = state().time + 0.05;
-  ASSERT_TRUE(wait_for([&] { return state().time > end || !state().running; }));
+  ASSERT_TRUE(wait_for([&] { return state().time > end; }));
   EXPECT_EQ(window_->simulation()->settings().time.integrator, Integrator::kEnergyMomentum);
-  EXPECT_GT(state().time, end);
   EXPECT_EQ(message(), QString());
 }
 

@@ -210,7 +210,7 @@ TEST_F(Files, ARunIsReplayed) {
   EXPECT_EQ(window_->simulation(), nullptr);
   EXPECT_EQ(window_->replay()->times().size(), 7U);
   EXPECT_EQ(window_->chart()->row_count(), 31U);
-  auto* slider = find<QSlider>("replay_slider");
+  auto* slider = find<QSlider>("timeline");
   slider->setFocus();
   QTest::keyClick(slider, Qt::Key_End);
   wait(200);
@@ -520,8 +520,7 @@ TEST_F(Files, AReplayShowsNoSettingsOfTheSceneBefore) {
   show(quiet_beam());
   show_entry("material");
   const auto panels = {std::pair("dock_scene", "scene_tree"),
-                       std::pair("dock_inspector", "youngs_modulus"),
-                       std::pair("dock_run", "speed_limit")};
+                       std::pair("dock_inspector", "youngs_modulus")};
   for (const auto& [dock, field] : panels) {
     raise(dock);
     EXPECT_TRUE(find<QWidget>(field)->isVisible());
@@ -537,7 +536,7 @@ TEST_F(Files, AReplayShowsNoSettingsOfTheSceneBefore) {
   }
   keep_picture("replay_settings");
   show(quiet_beam());
-  EXPECT_TRUE(find<QWidget>("speed_limit")->isVisible());
+  EXPECT_TRUE(find<QWidget>("steps_per_picture")->isVisible());
 }
 
 }  // namespace

@@ -7,7 +7,7 @@
 #include <QTemporaryDir>
 
 #include "viewer/gui/replay/replay.h"
-#include "viewer/gui/replay/replay_bar.h"
+#include "viewer/gui/transport/transport_bar.h"
 #include "window_test.h"
 
 namespace tetraction::viewer {
@@ -195,8 +195,8 @@ TEST_F(Layout, AReplayHasASpeedALoopAndAChartToClick) {
   open(folder.filePath(QStringLiteral("run")));
   ASSERT_NE(window_->replay(), nullptr);
   EXPECT_FALSE(find<QAction>("tool_3")->isVisible()) << "nothing can be dragged";
-  auto* bar = window_->findChild<ReplayBar*>();
-  bar->set_frame(static_cast<int>(window_->replay()->times().size()) - 1);
+  TransportBar* bar = window_->transport();
+  bar->go_to(window_->replay()->times().back());
   QWidget* chart = window_->chart()->canvas();
   wait();
   QTest::mouseClick(chart, Qt::LeftButton, Qt::NoModifier,
@@ -205,12 +205,12 @@ TEST_F(Layout, AReplayHasASpeedALoopAndAChartToClick) {
   const double shown = window_->body_view()->state()->time;
   EXPECT_GT(shown, 0.02);
   EXPECT_LT(shown, 0.18);
-  auto* speed = find<QComboBox>("replay_speed");
+  auto* speed = find<QComboBox>("speed");
   speed->setCurrentIndex(speed->count() - 1);
   click("replay_loop");
   bar->play(true);
   bool wrapped = false;
-  int last = bar->frame();
+  std::size_t last = bar->frame();
   ASSERT_TRUE(wait_for([&] {
     wrapped = wrapped || bar->frame() < last;
     last = bar->frame();

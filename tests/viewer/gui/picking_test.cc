@@ -58,7 +58,7 @@ TEST_F(Picking, RubberBandAndFix) {
   }
 }
 
-TEST_F(Picking, DraggingMovesAVertexWhilePaused) {
+TEST_F(Picking, AnExactDragMovesAVertexWhilePaused) {
   show(quiet_beam());
   trigger("tool_3");
   const Index tip = nearest({1.2, 0.3, 0.3});
@@ -69,7 +69,7 @@ TEST_F(Picking, DraggingMovesAVertexWhilePaused) {
     settle();
     held = state().fixed[static_cast<std::size_t>(tip)] != 0;
   };
-  drag(from, from + QPoint(0, -12));
+  drag(from, from + QPoint(0, -12), Qt::AltModifier);
   settle();
   EXPECT_TRUE(held);
   EXPECT_EQ(state().fixed[static_cast<std::size_t>(tip)], 0);
@@ -80,7 +80,7 @@ TEST_F(Picking, DraggingMovesAVertexWhilePaused) {
   EXPECT_FALSE(window_->simulation()->undo_text().empty());
 }
 
-TEST_F(Picking, DraggingPullsARunningBodyAndTellsTheReaction) {
+TEST_F(Picking, AnExactDragPullsARunningBodyAndTellsTheReaction) {
   show(quiet_beam());
   trigger("tool_3");
   press_key(Qt::Key_Space);
@@ -98,7 +98,7 @@ TEST_F(Picking, DraggingPullsARunningBodyAndTellsTheReaction) {
     keep_picture("dragging");
   };
   const QPoint from = place_of(tip);
-  drag(from, from + QPoint(0, -15));
+  drag(from, from + QPoint(0, -15), Qt::AltModifier);
   EXPECT_GT(height, 0.305);
   EXPECT_GT(reaction, 0.1);
   settle_running();
@@ -119,7 +119,7 @@ TEST_F(Picking, ADraggedVertexDoesNotOvershootWhenPicturesLag) {
   const Vector3 start = position(tip);
   const QPoint from = place_of(tip);
   QWidget* canvas = window_->body_view()->canvas();
-  QTest::mousePress(canvas, Qt::LeftButton, Qt::NoModifier, from);
+  QTest::mousePress(canvas, Qt::LeftButton, Qt::AltModifier, from);
   wait(200);
   QTest::mouseMove(canvas, from + QPoint(0, -20));
   ASSERT_TRUE(wait_for([&] { return place_of(tip).y() <= from.y() - 18; }));
@@ -136,7 +136,7 @@ TEST_F(Picking, ADraggedVertexDoesNotOvershootWhenPicturesLag) {
     highest = std::max(highest, position(tip).y());
   }
   const QPoint there = place_of(tip);
-  QTest::mouseRelease(canvas, Qt::LeftButton, Qt::NoModifier, from + QPoint(0, -40));
+  QTest::mouseRelease(canvas, Qt::LeftButton, Qt::AltModifier, from + QPoint(0, -40));
   EXPECT_NEAR(there.x(), from.x(), 2);
   EXPECT_NEAR(there.y(), from.y() - 40, 2);
   EXPECT_NEAR(position(tip).y(), highest, 0.3 * (highest - start.y()));

@@ -5,7 +5,6 @@
 #include <QLineEdit>
 #include <QMessageBox>
 #include <QPushButton>
-#include <QSlider>
 #include <QStatusBar>
 #include <QTemporaryDir>
 #include <QThreadPool>
@@ -14,6 +13,7 @@
 #include "pictures.h"
 #include "support/gated_material.h"
 #include "tetraction/io/scene_reader.h"
+#include "viewer/gui/transport/transport_bar.h"
 #include "window_test.h"
 
 namespace tetraction::viewer {
@@ -49,7 +49,8 @@ class Recordings : public WindowTest {
     }
     ASSERT_FALSE(replay.history().empty());
     EXPECT_GE(replay.history().back().time, replay.times().back());
-    EXPECT_EQ(find<QSlider>("replay_slider")->maximum(), frames - 1);
+    window_->transport()->timeline()->setValue(window_->transport()->timeline()->maximum());
+    EXPECT_EQ(static_cast<int>(window_->transport()->frame()), frames - 1);
   }
 
   QTemporaryDir folder_;

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <QAbstractButton>
 #include <QAction>
 #include <QApplication>
 #include <QDir>
@@ -194,7 +195,7 @@ class WindowTest : public testing::Test {
   }
   /// A button, and waits for what it does.
   void push(const char* name) {
-    QTest::mouseClick(find<QPushButton>(name), Qt::LeftButton);
+    QTest::mouseClick(find<QAbstractButton>(name), Qt::LeftButton);
     settle();
   }
   void make_edit(const Edit& edit, const std::string& description) {
@@ -218,8 +219,9 @@ class WindowTest : public testing::Test {
   }
   /// What the window tells; empty also for what a machine's BLAS is warned of, which is no matter here.
   QString message() const {
-    const QString text = window_->messages()->text();
-    return text == QString::fromStdString(blas_warning()) ? QString() : text;
+    QStringList lines = window_->messages()->text().split(QLatin1Char('\n'));
+    lines.removeAll(QString::fromStdString(blas_warning()));
+    return lines.join(QLatin1Char('\n'));
   }
 
   /// The button of a message by its text, if the message is there.
@@ -241,7 +243,7 @@ class WindowTest : public testing::Test {
   }
 
   const Snapshot& state() {
-    snapshot_ = window_->simulation()->snapshot();
+    snapshot_ = window_->simulation()->peek();
     return *snapshot_;
   }
   Vector3 position(Index vertex) { return vertex_block(state().position, vertex); }

@@ -19,6 +19,11 @@ Vector3 middle_of(const Vector& position) {
   return position.reshaped(3, position.size() / 3).rowwise().mean();
 }
 
+// Of the visible part of the plane through the focus, in a picture with perspective.
+double half_height(vtkCamera* camera) {
+  return camera->GetDistance() * std::tan(0.5 * camera->GetViewAngle() * std::numbers::pi / 180.0);
+}
+
 }  // namespace
 
 std::pair<Vector3, Vector3> BodyScene::bounds() const {
@@ -37,14 +42,26 @@ void BodyScene::show_box(const Vector3& low, const Vector3& high) {
   renderer_->ResetCamera(box);
 }
 
-void BodyScene::reset_camera(int axis) {
+void BodyScene::set_parallel(bool parallel) {
+  vtkCamera* camera = renderer_->GetActiveCamera();
+  if (parallel) {
+    camera->SetParallelScale(half_height(camera));
+  } else {  // the body keeps its size
+    const double distance =
+        camera->GetDistance() * camera->GetParallelScale() / half_height(camera);
+    const Vector3 eye =
+        Vector3(camera->GetFocalPoint()) - distance * Vector3(camera->GetDirectionOfProjection());
+    camera->SetPosition(eye.x(), eye.y(), eye.z());
+  }
+  camera->SetParallelProjection(parallel);
+}
+
+void BodyScene::reset_camera(const Vector3& from) {
   vtkCamera* camera = renderer_->GetActiveCamera();
   const auto [low, high] = bounds();  // the body may be far from its rest position
   const Vector3 middle = 0.5 * (low + high);
-  Vector3 from(0.45, 0.4, 1.0);
-  Vector3 up(0.0, 1.0, 0.0);
-  if (axis >= 0) from = Vector3::Unit(axis);
-  if (axis == 1) up = Vector3(0.0, 0.0, -1.0);
+  const bool along_y = from.x() == 0.0 && from.z() == 0.0;
+  const Vector3 up = along_y ? Vector3(0.0, 0.0, from.y() > 0.0 ? -1.0 : 1.0) : Vector3::UnitY();
   camera->SetFocalPoint(middle.x(), middle.y(), middle.z());
   const Vector3 eye = middle + from;
   camera->SetPosition(eye.x(), eye.y(), eye.z());
@@ -90,8 +107,8 @@ QPointF BodyScene::direction_to_body() const {
 
 void BodyScene::fade_edges(double height) {
   vtkCamera* camera = renderer_->GetActiveCamera();
-  const double visible = 2.0 * camera->GetDistance() *
-                         std::tan(0.5 * camera->GetViewAngle() * std::numbers::pi / 180.0);
+  const double visible = camera->GetParallelProjection() != 0 ? 2.0 * camera->GetParallelScale()
+                                                              : 2.0 * half_height(camera);
   const double pixels = shape_->edge_length / visible * height;
   constexpr double kNone = 5.0;    // pixels from edge to edge at which none are drawn
   constexpr double kAll = 12.0;    // and from which they have their full contrast

@@ -34,6 +34,8 @@
 #include <numbers>
 #include <utility>
 
+#include "viewer/gui/widgets/theme.h"
+
 namespace tetraction::viewer {
 namespace {
 
@@ -42,6 +44,7 @@ constexpr double kMomentumColor[3] = {0.10, 0.45, 0.85};
 constexpr double kReactionColor[3] = {0.15, 0.55, 0.25};
 constexpr double kBodyColor[3] = {0.62, 0.70, 0.78};
 constexpr double kFixedColor[3] = {0.15, 0.15, 0.18};
+constexpr double kGhostColor[3] = {0.80, 0.47, 0.65};
 constexpr double kSelectedColor[3] = {1.0, 0.45, 0.0};
 
 void draw_as_points(vtkPolyDataMapper* mapper, vtkPolyData* data, vtkActor* actor,
@@ -52,12 +55,6 @@ void draw_as_points(vtkPolyDataMapper* mapper, vtkPolyData* data, vtkActor* acto
   actor->SetMapper(mapper);
   actor->GetProperty()->SetColor(color[0], color[1], color[2]);
   actor->GetProperty()->LightingOff();
-}
-
-void set_values(vtkFloatArray* array, const std::vector<float>& values) {
-  array->SetNumberOfTuples(static_cast<vtkIdType>(values.size()));
-  std::copy(values.begin(), values.end(), array->GetPointer(0));
-  array->Modified();
 }
 
 }  // namespace
@@ -78,6 +75,7 @@ BodyScene::BodyScene(vtkRenderer* renderer, vtkRenderer* gutter)
        {surface_.Get(), edges_.Get(), cloud_.Get(), fixed_.Get(), selected_.Get(), area_.Get()}) {
     data->SetPoints(points_);
   }
+  normals_->SetNumberOfComponents(3);
   grid_->SetPoints(points_);
 
   surface_mapper_->SetInputData(surface_);
@@ -89,11 +87,7 @@ BodyScene::BodyScene(vtkRenderer* renderer, vtkRenderer* gutter)
   section_mapper_->SetInputConnection(section_->GetOutputPort());
   section_actor_->SetMapper(section_mapper_);
   for (vtkActor* actor : {surface_actor_.Get(), section_actor_.Get()}) {
-    // Flat shading shows the faces of the linear tetrahedra.
-    actor->GetProperty()->SetInterpolationToFlat();
     actor->GetProperty()->SetColor(kBodyColor[0], kBodyColor[1], kBodyColor[2]);
-    actor->GetProperty()->SetAmbient(0.45);
-    actor->GetProperty()->SetDiffuse(0.65);
   }
   for (vtkPolyDataMapper* mapper :
        {surface_mapper_.Get(), section_mapper_.Get(), cloud_mapper_.Get()}) {
@@ -110,10 +104,15 @@ BodyScene::BodyScene(vtkRenderer* renderer, vtkRenderer* gutter)
   draw_as_points(selected_mapper_, selected_, selected_actor_, kSelectedColor);
   draw_as_points(area_mapper_, area_, area_actor_, kSelectedColor);
   selected_actor_->GetProperty()->RenderPointsAsSpheresOn();
-  rest_mapper_->SetInputData(rest_);
-  rest_mapper_->ScalarVisibilityOff();
-  rest_actor_->SetMapper(rest_mapper_);
-  rest_actor_->GetProperty()->LightingOff();
+  const auto draw_wires = [](vtkPolyData* data, vtkActor* actor) {
+    vtkNew<vtkPolyDataMapper> mapper;
+    mapper->SetInputData(data);
+    mapper->ScalarVisibilityOff();
+    actor->SetMapper(mapper);
+    actor->GetProperty()->LightingOff();
+  };
+  draw_wires(rest_, rest_actor_);
+  draw_wires(ghost_, ghost_actor_);
 
   center_->SetThetaResolution(16);
   center_->SetPhiResolution(12);
@@ -142,21 +141,31 @@ BodyScene::BodyScene(vtkRenderer* renderer, vtkRenderer* gutter)
   for (vtkActor* actor :
        {surface_actor_.Get(), section_actor_.Get(), edge_actor_.Get(), cloud_actor_.Get(),
         fixed_actor_.Get(), selected_actor_.Get(), area_actor_.Get(), drag_actor_.Get(),
-        rest_actor_.Get(), center_actor_.Get(), pulled_actor_.Get()}) {
+        rest_actor_.Get(), ghost_actor_.Get(), center_actor_.Get(), pulled_actor_.Get()}) {
     renderer->AddActor(actor);
   }
   renderer->AddActor(axes_);
 
   arrow_legend_->SetPosition(12, 10);
-  arrow_legend_->GetTextProperty()->SetFontFamilyToArial();
+  set_type_face(arrow_legend_->GetTextProperty(), TextSize::kNormal);
   renderer->AddActor2D(arrow_legend_);
+  for (auto& mark : extremes_) {
+    set_type_face(mark->GetTextProperty(), TextSize::kNormal);
+    mark->GetTextProperty()->SetVerticalJustificationToCentered();
+    mark->GetTextProperty()->SetBackgroundOpacity(0.7);
+    mark->GetPositionCoordinate()->SetCoordinateSystemToWorld();
+    mark->VisibilityOff();
+    renderer->AddActor2D(mark);
+  }
+  renderer->SetMaximumNumberOfPeels(4);
+  renderer->SetOcclusionRatio(0.05);
 
   renderer->AutomaticLightCreationOff();
   light_->SetLightTypeToCameraLight();
   renderer->AddLight(light_);
   vtkNew<vtkLight> fill;  // a second light, so that no side is black
   fill->SetLightTypeToHeadlight();
-  fill->SetIntensity(0.45);
+  fill->SetIntensity(0.375);  // both lights together give no more than the colour itself
   renderer->AddLight(fill);
   set_pixel_ratio(1.0);
   set_drawing(drawing_);
@@ -173,6 +182,8 @@ void BodyScene::set_body(std::shared_ptr<const BodyShape> shape) {
   cloud_->SetVerts(shape_->points);
   rest_->SetPoints(shape_->rest);
   rest_->SetLines(shape_->edges);
+  ghost_->SetPoints(shape_->rest);
+  ghost_->SetLines(shape_->edges);
   selection_.clear();
   selected_->SetVerts(point_cells({}));
   fixed_->SetVerts(point_cells({}));
@@ -184,7 +195,7 @@ void BodyScene::set_body(std::shared_ptr<const BodyShape> shape) {
   last_.reset();
   color_bar_.forget_range();
   update_clip();
-  reset_camera(-1);
+  reset_camera(kOblique);
 }
 
 void BodyScene::set_state(std::shared_ptr<const Snapshot> next) {
@@ -194,6 +205,10 @@ void BodyScene::set_state(std::shared_ptr<const Snapshot> next) {
   auto* xyz = static_cast<float*>(points_->GetVoidPointer(0));
   for (Index i = 0; i < 3 * n; ++i) xyz[i] = static_cast<float>(snapshot.position[i]);
   points_->Modified();
+  constexpr std::chrono::milliseconds kTextPause(250);
+  const auto now = std::chrono::steady_clock::now();
+  texts_due_ = !snapshot.running || now - texts_changed_ >= kTextPause;
+  if (texts_due_) texts_changed_ = now;
   color(snapshot);
 
   std::vector<Index> fixed;
@@ -211,59 +226,17 @@ void BodyScene::set_state(std::shared_ptr<const Snapshot> next) {
   update_arrows();
 }
 
-void BodyScene::color(const Snapshot& snapshot) {
-  const std::vector<float>& values = snapshot.field_values;
-  const auto n = static_cast<std::size_t>(points_->GetNumberOfPoints());
-  const auto m = static_cast<std::size_t>(grid_->GetNumberOfCells());
-  // The body has no colours until the solver has computed the new field.
-  const bool fits = snapshot.field == drawing_.field && drawing_.field != nullptr &&
-                    values.size() == (snapshot.field_on_cells ? m : n);
-  for (vtkPolyDataMapper* mapper :
-       {surface_mapper_.Get(), section_mapper_.Get(), cloud_mapper_.Get()}) {
-    mapper->SetScalarVisibility(fits);
-    if (snapshot.field_on_cells) {
-      mapper->SetScalarModeToUseCellData();
-    } else {
-      mapper->SetScalarModeToUsePointData();
-    }
-  }
-  if (!fits) return;
-  if (snapshot.field->is_integral) {
-    const int regions = 1 + static_cast<int>(*std::max_element(values.begin(), values.end()));
-    if (std::exchange(regions_, regions) != regions) {
-      color_bar_.set(drawing_, regions_, text_gray_);
-    }
-  }
-  color_bar_.follow(values);
-  if (snapshot.field_on_cells) {
-    cloud_mapper_->ScalarVisibilityOff();  // the field has no values at vertices
-    std::vector<float> of_triangles(shape_->triangle_cell.size());
-    for (std::size_t t = 0; t < of_triangles.size(); ++t) {
-      of_triangles[t] = values[static_cast<std::size_t>(shape_->triangle_cell[t])];
-    }
-    set_values(triangle_values_, of_triangles);
-    set_values(cell_values_, values);
-    surface_->GetCellData()->SetScalars(triangle_values_);
-    grid_->GetCellData()->SetScalars(cell_values_);
-    grid_->GetPointData()->SetScalars(nullptr);
-  } else {
-    set_values(point_values_, values);
-    surface_->GetPointData()->SetScalars(point_values_);
-    cloud_->GetPointData()->SetScalars(point_values_);
-    grid_->GetPointData()->SetScalars(point_values_);
-    grid_->GetCellData()->SetScalars(nullptr);
-  }
-}
-
 void BodyScene::set_drawing(const DrawingSettings& drawing) {
   drawing_ = drawing;
   struct Shades {
     double top[3], bottom[3], text, edge, rest;
   };
-  static constexpr Shades kShades[] = {{{0.80, 0.86, 0.92}, {0.97, 0.98, 0.99}, 0.12, 0.25, 0.62},
-                                       {{1.0, 1.0, 1.0}, {1.0, 1.0, 1.0}, 0.10, 0.25, 0.7},
-                                       {{0.10, 0.12, 0.16}, {0.25, 0.28, 0.33}, 0.92, 0.12, 0.5}};
-  const Shades& shades = kShades[static_cast<int>(drawing.background)];
+  static constexpr Shades kLight{{0.80, 0.86, 0.92}, {0.97, 0.98, 0.99}, 0.12, 0.25, 0.62};
+  static constexpr Shades kWhite{{1.0, 1.0, 1.0}, {1.0, 1.0, 1.0}, 0.10, 0.25, 0.7};
+  static constexpr Shades kDark{{0.10, 0.12, 0.16}, {0.25, 0.28, 0.33}, 0.92, 0.12, 0.5};
+  const bool as_window = drawing.background == Background::kAsWindow;
+  const bool dark = as_window ? viewer::is_dark() : drawing.background == Background::kDark;
+  const Shades& shades = dark ? kDark : drawing.background == Background::kWhite ? kWhite : kLight;
   double middle[3];
   for (int i = 0; i < 3; ++i) middle[i] = 0.5 * (shades.top[i] + shades.bottom[i]);
   for (vtkRenderer* each : {renderer_, gutter_}) {
@@ -274,21 +247,32 @@ void BodyScene::set_drawing(const DrawingSettings& drawing) {
   const double edge = drawing.surface ? shades.edge : (shades.text < 0.5 ? 0.25 : 0.8);
   edge_gray_ = edge;
   edge_actor_->GetProperty()->SetColor(edge, edge, edge);
-  // All objects are opaque. Without a graphics card a translucent object would take longer to draw than
-  // the whole body.
   rest_actor_->GetProperty()->SetColor(shades.rest, shades.rest, shades.rest);
+  ghost_actor_->GetProperty()->SetColor(kGhostColor[0], kGhostColor[1], kGhostColor[2]);
   arrow_legend_->GetTextProperty()->SetColor(shades.text, shades.text, shades.text);
-  arrow_legend_->GetTextProperty()->SetFontSize(13);
+  for (auto& mark : extremes_) {
+    mark->GetTextProperty()->SetColor(shades.text, shades.text, shades.text);
+    mark->GetTextProperty()->SetBackgroundColor(middle);
+  }
   for (vtkCaptionActor2D* caption :
        {axes_->GetXAxisCaptionActor2D(), axes_->GetYAxisCaptionActor2D(),
         axes_->GetZAxisCaptionActor2D()}) {
     caption->GetTextActor()->SetTextScaleModeToNone();
-    caption->GetCaptionTextProperty()->SetFontSize(14);
+    set_type_face(caption->GetCaptionTextProperty(), TextSize::kNormal);
     caption->GetCaptionTextProperty()->SetColor(shades.text, shades.text, shades.text);
-    caption->GetCaptionTextProperty()->ShadowOff();
   }
 
   surface_actor_->SetVisibility(drawing.surface);
+  renderer_->SetUseFXAA(drawing.antialiasing == Antialiasing::kOn ||
+                        (drawing.antialiasing == Antialiasing::kWithGraphicsCard && gradient_));
+  // Objects are opaque as far as possible. Without a graphics card a translucent object takes longer to draw
+  // than the whole body.
+  renderer_->SetUseDepthPeeling(drawing.opacity < 1.0);
+  for (vtkActor* actor : {surface_actor_.Get(), section_actor_.Get()}) {
+    actor->GetProperty()->SetOpacity(drawing.opacity);
+    // Flat shading shows the faces of the linear tetrahedra.
+    actor->GetProperty()->SetInterpolation(drawing.smooth ? VTK_GOURAUD : VTK_FLAT);
+  }
   // The edges are drawn as part of the surface. Separate lines would be half hidden by it.
   surface_actor_->GetProperty()->SetEdgeVisibility(drawing.edges);
   surface_actor_->GetProperty()->SetEdgeColor(edge, edge, edge);
@@ -298,6 +282,7 @@ void BodyScene::set_drawing(const DrawingSettings& drawing) {
   cloud_actor_->SetVisibility(drawing.points);
   fixed_actor_->SetVisibility(drawing.fixed);
   rest_actor_->SetVisibility(drawing.rest);
+  ghost_actor_->SetVisibility(drawing.ghost);
   axes_->SetVisibility(drawing.axes);
   center_actor_->SetVisibility(attraction_ && drawing.center);
   forces_.set_visible(drawing.forces);
@@ -310,12 +295,13 @@ void BodyScene::set_drawing(const DrawingSettings& drawing) {
   light_->SetPosition(std::cos(elevation) * std::sin(azimuth), std::sin(elevation),
                       std::cos(elevation) * std::cos(azimuth));
   light_->SetFocalPoint(0.0, 0.0, 0.0);
-  light_->SetIntensity(0.75);
+  light_->SetIntensity(0.625);
 
   text_gray_ = shades.text;
   color_bar_.set(drawing, regions_, text_gray_);
   update_clip();
   if (last_) {
+    texts_due_ = true;
     color(*last_);
     update_arrows();
   }
@@ -329,15 +315,14 @@ void BodyScene::set_pixel_ratio(double ratio) {
   selected_actor_->GetProperty()->SetPointSize(9.0F * size);
   area_actor_->GetProperty()->SetPointSize(5.0F * size);
   drag_actor_->GetProperty()->SetLineWidth(2.0F * size);
-  for (vtkActor* actor :
-       {surface_actor_.Get(), section_actor_.Get(), edge_actor_.Get(), rest_actor_.Get()}) {
+  for (vtkActor* actor : {surface_actor_.Get(), section_actor_.Get(), edge_actor_.Get(),
+                          rest_actor_.Get(), ghost_actor_.Get()}) {
     actor->GetProperty()->SetLineWidth(size);
   }
 }
 
 void BodyScene::set_graphics_card(bool present) {
   gradient_ = present;
-  renderer_->SetUseFXAA(present);
   set_drawing(drawing_);
 }
 
@@ -394,8 +379,7 @@ void BodyScene::update_clip() {
 }
 
 // The sum of the area vectors of the triangles at each vertex.
-Vector BodyScene::outward_normals() const {
-  const Vector& x = last_->position;
+Vector BodyScene::outward_normals(const Vector& x) const {
   Vector normals = Vector::Zero(x.size());
   for (const auto& [a, b, c] : shape_->triangles) {
     const Vector3 origin = vertex_block(x, a);
@@ -418,16 +402,13 @@ void BodyScene::update_arrows() {
       legend += (legend.empty() ? "" : "\n") + text;
     }
   };
-  draw(forces_, last_->external_force, forces_.visible() ? outward_normals() : Vector());
+  draw(forces_, last_->external_force,
+       forces_.visible() ? outward_normals(last_->position) : Vector());
   draw(momenta_, last_->momentum);
   draw(reactions_, last_->reaction_force);
-  // The legend is changed rarely, because numbers that change in every picture cannot be read and text
-  // is slow to draw.
-  constexpr std::chrono::milliseconds kLegendPause(250);
-  const auto now = std::chrono::steady_clock::now();
-  if (last_->running && now - legend_changed_ < kLegendPause) return;
-  legend_changed_ = now;
-  arrow_legend_->SetInput(legend.c_str());
+  // Texts are changed rarely, because numbers that change in every picture cannot be read and text is slow
+  // to draw.
+  if (texts_due_) arrow_legend_->SetInput(legend.c_str());
 }
 
 }  // namespace tetraction::viewer

@@ -34,6 +34,9 @@ class vtkUnstructuredGrid;
 
 namespace tetraction::viewer {
 
+/// The usual direction from which the body is seen.
+inline const Vector3 kOblique{0.45, 0.4, 1.0};
+
 /// Draws a body and its state in a VTK renderer. It is independent of Qt. Not thread-safe.
 class BodyScene {
  public:
@@ -54,6 +57,8 @@ class BodyScene {
   /// Whether the machine has a graphics card. Without one the background has one colour and edges are
   /// not smoothed, which doubles the pictures per second.
   void set_graphics_card(bool present);
+  /// Keeps the shape of this moment as the ghost.
+  void keep_ghost();
   void set_selection(const std::vector<Index>& vertices);
   /// Draws the arrow that the user is pulling. An arrow of length zero is not drawn.
   void set_pulled_arrow(const Vector3& from, const Vector3& to);
@@ -61,9 +66,10 @@ class BodyScene {
   void set_drag_line(const Vector3& from, const Vector3& to);
   /// Whether there is an attraction to the origin, so that its centre is drawn.
   void set_attraction(bool present);
-  /// Shows the whole body at its present position. The view is along x, y or z for `axis` = 0, 1 or 2,
-  /// and oblique for −1.
-  void reset_camera(int axis);
+  /// Shows the whole body at its present position, as seen from this direction.
+  void reset_camera(const Vector3& from);
+  /// Whether the picture is without perspective. The body keeps its size.
+  void set_parallel(bool parallel);
   /// Shows the whole body, or some of its vertices, from the present direction.
   void fit();
   void fit(const std::vector<Index>& vertices);
@@ -76,6 +82,8 @@ class BodyScene {
 
   /// The vertices of the surface triangles.
   const std::vector<std::array<Index, 3>>& triangles() const { return shape_->triangles; }
+  /// The value of the colour at a point of a triangle. NaN if the body has one colour.
+  double value_at(std::size_t triangle, const Vector3& point) const;
   /// Whether a point is on the side of the clip plane that is drawn.
   bool is_drawn(const Vector3& point) const;
   ColorBar& color_bar() { return color_bar_; }
@@ -83,9 +91,11 @@ class BodyScene {
  private:
   double size() const { return (shape_->high - shape_->low).norm(); }  // diagonal at rest, m
   void update_clip();
-  Vector outward_normals() const;
+  Vector outward_normals(const Vector& x) const;
   void update_arrows();
   void color(const Snapshot& snapshot);
+  std::vector<float> averages(const std::vector<float>& values) const;
+  void mark_extremes(const std::vector<float>& values, bool on_cells);
 
   vtkRenderer* renderer_;
   vtkRenderer* gutter_;
@@ -93,7 +103,8 @@ class BodyScene {
   std::shared_ptr<const BodyShape> shape_ = std::make_shared<BodyShape>();
   std::shared_ptr<const Snapshot> last_;
   bool attraction_ = false;
-  bool gradient_ = true;
+  bool gradient_ = true;                          // a graphics card is there
+  bool colored_ = false, colored_cells_ = false;  // what the mappers draw
   double pixel_ratio_ = 0.0;
   int regions_ = 1;
   double text_gray_ = 0.0;
@@ -103,13 +114,14 @@ class BodyScene {
   vtkNew<vtkPoints> points_;
   void show_box(const Vector3& low, const Vector3& high);
 
-  vtkNew<vtkPolyData> surface_, edges_, cloud_, fixed_, selected_, area_, rest_;
+  vtkNew<vtkPolyData> surface_, edges_, cloud_, fixed_, selected_, area_, rest_, ghost_;
   vtkNew<vtkUnstructuredGrid> grid_;
-  vtkNew<vtkFloatArray> point_values_, triangle_values_, cell_values_;
+  vtkNew<vtkFloatArray> point_values_, triangle_values_, cell_values_, normals_;
   vtkNew<vtkPolyDataMapper> surface_mapper_, edge_mapper_, cloud_mapper_, fixed_mapper_,
-      selected_mapper_, area_mapper_, rest_mapper_, section_mapper_;
+      selected_mapper_, area_mapper_, section_mapper_;
   vtkNew<vtkActor> surface_actor_, edge_actor_, cloud_actor_, fixed_actor_, selected_actor_,
-      area_actor_, rest_actor_, section_actor_, center_actor_, pulled_actor_, drag_actor_;
+      area_actor_, rest_actor_, ghost_actor_, section_actor_, center_actor_, pulled_actor_,
+      drag_actor_;
   vtkNew<vtkLineSource> drag_line_;
   vtkNew<vtkPlane> clip_plane_;
   vtkNew<vtkCutter> section_;
@@ -117,7 +129,9 @@ class BodyScene {
   vtkNew<vtkSphereSource> center_;
   vtkNew<vtkLight> light_;
   vtkNew<vtkTextActor> arrow_legend_;
-  std::chrono::steady_clock::time_point legend_changed_;
+  std::array<vtkNew<vtkTextActor>, 2> extremes_;  // the marks of the least and the largest value
+  std::chrono::steady_clock::time_point texts_changed_;
+  bool texts_due_ = true;
   BodyArrows forces_, momenta_, reactions_;
   ColorBar color_bar_;
 };

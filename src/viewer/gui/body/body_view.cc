@@ -1,22 +1,22 @@
 #include "body_view.h"
 
 #include <QVTKInteractor.h>
-#include <vtkAxesActor.h>
 #include <vtkCallbackCommand.h>
 #include <vtkCamera.h>
-#include <vtkCaptionActor2D.h>
 #include <vtkCommand.h>
 #include <vtkGenericOpenGLRenderWindow.h>
+#include <vtkImageData.h>
 #include <vtkInteractorStyleTrackballCamera.h>
-#include <vtkOrientationMarkerWidget.h>
+#include <vtkPoints.h>
 #include <vtkRenderer.h>
-#include <vtkTextProperty.h>
+#include <vtkWindowToImageFilter.h>
 
-#include <Eigen/Geometry>
+#include <QLabel>
 #include <QMouseEvent>
 #include <QOpenGLContext>
 #include <QOpenGLFunctions>
 #include <QRubberBand>
+#include <QTimer>
 #include <QToolButton>
 #include <QVBoxLayout>
 #include <QWheelEvent>
@@ -27,51 +27,19 @@
 #include <optional>
 #include <utility>
 
+#include "viewer/gui/widgets/theme.h"
 #include "viewer/gui/widgets/vtk_widget.h"
+#include "viewer/picked_geometry.h"
 
 namespace tetraction::viewer {
 namespace {
 
-constexpr double kClickDistance = 4.0;    // pixels; a shorter movement of the mouse is a click
-constexpr double kNearSilhouette = 10.0;  // pixels; a click this near to the body picks a vertex
-
-// The nearest triangle that a ray intersects in front of its origin.
-struct RayHit {
-  std::size_t triangle = 0;
-  double distance = 0.0;  // from the origin, in lengths of the direction
-};
-
-// `position`: 3 per vertex. Intersections for which `is_drawn` returns false are ignored.
-template <class IsDrawn>
-std::optional<RayHit> first_hit(const std::vector<std::array<Index, 3>>& triangles,
-                                const Vector& position, const Vector3& origin,
-                                const Vector3& direction, const IsDrawn& is_drawn) {
-  // The method of Möller and Trumbore (1997), for both sides of a triangle.
-  std::optional<RayHit> nearest;
-  for (std::size_t t = 0; t < triangles.size(); ++t) {
-    const Vector3 a = vertex_block(position, triangles[t][0]);
-    const Vector3 ab = vertex_block(position, triangles[t][1]) - a;
-    const Vector3 ac = vertex_block(position, triangles[t][2]) - a;
-    const Vector3 p = direction.cross(ac);
-    const double determinant = ab.dot(p);
-    if (determinant == 0.0) continue;
-    const Vector3 s = origin - a;
-    const double u = s.dot(p) / determinant;
-    if (!(u >= 0.0 && u <= 1.0)) continue;
-    const Vector3 q = s.cross(ab);
-    const double v = direction.dot(q) / determinant;
-    if (!(v >= 0.0 && u + v <= 1.0)) continue;
-    const double distance = ac.dot(q) / determinant;
-    if (!(distance > 0.0) || (nearest && distance >= nearest->distance)) continue;
-    if (!is_drawn(origin + distance * direction)) continue;
-    nearest = RayHit{t, distance};
-  }
-  return nearest;
-}
+constexpr double kClickDistance = 4.0;  // pixels; a shorter movement of the mouse is a click
 
 }  // namespace
 
-BodyView::BodyView(QWidget* parent) : QWidget(parent), widget_(new VtkWidget(window_, this)) {
+BodyView::BodyView(QWidget* parent)
+    : QWidget(parent), widget_(new VtkWidget(window_, this)), cube_(window_) {
   auto* layout = new QVBoxLayout(this);
   layout->setContentsMargins(0, 0, 0, 0);
   layout->addWidget(widget_);
@@ -86,6 +54,14 @@ BodyView::BodyView(QWidget* parent) : QWidget(parent), widget_(new VtkWidget(win
   edge_mark_->hide();
   connect(edge_mark_, &QToolButton::clicked, this, &BodyView::fit);
 
+  value_ = new QLabel(widget_);
+  value_->setObjectName(QStringLiteral("value_text"));
+  value_->setAttribute(Qt::WA_TransparentForMouseEvents);
+  value_->setAutoFillBackground(true);
+  value_->setMargin(kGrid / 4);
+  value_->hide();
+  widget_->setMouseTracking(true);
+
   window_->SetMultiSamples(0);
   window_->AddRenderer(renderer_);
   window_->AddRenderer(gutter_);
@@ -94,19 +70,6 @@ BodyView::BodyView(QWidget* parent) : QWidget(parent), widget_(new VtkWidget(win
   scene_ = std::make_unique<BodyScene>(renderer_, gutter_);
   vtkNew<vtkInteractorStyleTrackballCamera> style;
   widget_->interactor()->SetInteractorStyle(style);
-  for (vtkCaptionActor2D* caption :
-       {marker_axes_->GetXAxisCaptionActor2D(), marker_axes_->GetYAxisCaptionActor2D(),
-        marker_axes_->GetZAxisCaptionActor2D()}) {
-    caption->GetCaptionTextProperty()->ShadowOff();
-    caption->GetCaptionTextProperty()->ItalicOff();
-    caption->GetCaptionTextProperty()->SetColor(0.5, 0.5, 0.5);
-  }
-  marker_->SetOrientationMarker(marker_axes_);
-  marker_->SetInteractor(widget_->interactor());
-  marker_->SetViewport(0.0, 0.80, 0.15, 1.0);
-  marker_->EnabledOn();
-  marker_->InteractiveOff();
-
   vtkNew<vtkCallbackCommand> count;
   count->SetClientData(this);
   count->SetCallback([](vtkObject*, unsigned long, void* self, void*) {
@@ -118,35 +81,73 @@ BodyView::BodyView(QWidget* parent) : QWidget(parent), widget_(new VtkWidget(win
 
 BodyView::~BodyView() {
   widget_->removeEventFilter(this);
-  marker_->SetInteractor(nullptr);
 }
 
 void BodyView::set_body(std::shared_ptr<const BodyShape> shape) {
   snapshot_.reset();
-  scene_->set_body(std::move(shape));
+  drawn_.reset();
+  shape_ = std::move(shape);
+  scene_->set_body(shape_);
 }
 
 void BodyView::show_state(std::shared_ptr<const Snapshot> snapshot) {
-  const bool moves =
-      follow_ && snapshot_ && snapshot_->position.size() == snapshot->position.size();
-  if (moves) scene_->move_camera(snapshot_->position, snapshot->position);
+  const auto before = std::exchange(drawn_, scaled(snapshot));
+  const bool moves = follow_ && before && before->position.size() == drawn_->position.size();
+  if (moves) scene_->move_camera(before->position, drawn_->position);
   if (snapshot_ && snapshot_->body != snapshot->body) scene_->color_bar().forget_range();
   snapshot_ = std::move(snapshot);
-  scene_->set_state(snapshot_);
+  scene_->set_state(drawn_);
   draw_drag();
+  show_value();
+}
+
+// The same state with larger displacements, if they are drawn so.
+std::shared_ptr<const Snapshot> BodyView::scaled(const std::shared_ptr<const Snapshot>& snapshot) {
+  const Index n = snapshot->position.size() / 3;
+  if (drawing_.displacement_scale == 1.0 || n != shape_->rest->GetNumberOfPoints()) return snapshot;
+  auto larger = std::make_shared<Snapshot>(*snapshot);
+  for (Index v = 0; v < n; ++v) {
+    const Vector3 rest(shape_->rest->GetPoint(v));
+    vertex_block(larger->position, v) =
+        rest + drawing_.displacement_scale * (vertex_block(snapshot->position, v) - rest);
+  }
+  return larger;
+}
+
+// The position of a vertex that is drawn there.
+Vector3 BodyView::true_position(Index vertex, const Vector3& drawn) const {
+  if (drawing_.displacement_scale == 1.0) return drawn;
+  const Vector3 rest(shape_->rest->GetPoint(vertex));
+  return rest + (drawn - rest) / drawing_.displacement_scale;
 }
 
 // The line from the dragged vertex to the mouse.
 void BodyView::draw_drag() {
   const bool drags = gesture_ == Gesture::kDrag && !drag_is_exact_ && snapshot_;
-  const Vector3 from =
-      drags ? Vector3(vertex_block(snapshot_->position, pressed_vertex_)) : anchor_;
+  const Vector3 from = drags ? Vector3(vertex_block(drawn_->position, pressed_vertex_)) : anchor_;
   scene_->set_drag_line(from, drags ? drag_goal_ : from);
 }
 
 void BodyView::set_drawing(const DrawingSettings& drawing) {
+  const bool moves = drawing.displacement_scale != drawing_.displacement_scale;
   drawing_ = drawing;
   scene_->set_drawing(drawing);
+  cube_.set_dark(is_dark());
+  if (moves && snapshot_) {
+    drawn_ = scaled(snapshot_);
+    scene_->set_state(drawn_);
+  }
+  show_value();
+  render();
+}
+
+void BodyView::set_recording(bool on) {
+  recording_ = on;
+  render();
+}
+
+void BodyView::keep_ghost() {
+  scene_->keep_ghost();
   render();
 }
 
@@ -166,14 +167,19 @@ void BodyView::set_tool(Tool tool) {
                                              : Qt::PointingHandCursor);
 }
 
-void BodyView::reset_camera(int axis) {
-  scene_->reset_camera(axis);
+void BodyView::look_from(const Vector3& direction) {
+  scene_->reset_camera(direction);
+  render();
+}
+
+void BodyView::set_parallel(bool on) {
+  scene_->set_parallel(on);
   render();
 }
 
 void BodyView::refit_colors() {
   scene_->color_bar().forget_range();
-  if (snapshot_) scene_->set_state(snapshot_);
+  if (drawn_) scene_->set_state(drawn_);
   render();
 }
 
@@ -191,6 +197,9 @@ void BodyView::render() {
   renderer_->SetViewport(0.0, 0.0, 1.0 - share, 1.0);
   gutter_->SetViewport(1.0 - share, 0.0, 1.0, 1.0);
   gutter_->SetDraw(share > 0.0);
+  cube_.set_visible(drawing_.cube && !recording_);
+  cube_.place(renderer_->GetActiveCamera(), widget_->width() * (1.0 - share) - kGrid,
+              widget_->size());
   renderer_->ResetCameraClippingRange();
   window_->Render();
   show_edge_mark();
@@ -210,78 +219,37 @@ QImage BodyView::picture() const {
   return widget_->grabFramebuffer();
 }
 
+QImage BodyView::picture(const QSize& size) {
+  const QImage own = picture();
+  const double needed = std::max(static_cast<double>(size.width()) / own.width(),
+                                 static_cast<double>(size.height()) / own.height());
+  if (needed <= 1.0) return own;
+  // VTK draws the parts of a larger picture one after another.
+  vtkNew<vtkWindowToImageFilter> parts;
+  parts->SetInput(window_);
+  parts->SetScale(static_cast<int>(std::ceil(needed)));
+  parts->ReadFrontBufferOff();
+  parts->Update();
+  vtkImageData* pixels = parts->GetOutput();
+  const int* points = pixels->GetDimensions();
+  const QImage whole(static_cast<const uchar*>(pixels->GetScalarPointer()), points[0], points[1],
+                     3 * points[0], QImage::Format_RGB888);
+  const QImage picture = whole.mirrored();
+  render();
+  return picture;
+}
+
 QWidget* BodyView::canvas() const {
   return widget_;
 }
 
-QPointF BodyView::to_canvas(const Vector3& point) const {
-  renderer_->SetWorldPoint(point.x(), point.y(), point.z(), 1.0);
-  renderer_->WorldToDisplay();
-  const double* display = renderer_->GetDisplayPoint();
-  const double ratio = widget_->effectiveDevicePixelRatio();
-  return {display[0] / ratio, widget_->height() - 1 - display[1] / ratio};
-}
-
-BodyView::Ray BodyView::ray_at(const QPointF& place) const {
-  const double ratio = widget_->effectiveDevicePixelRatio();
-  Vector3 ends[2];
-  for (int i = 0; i < 2; ++i) {
-    renderer_->SetDisplayPoint(place.x() * ratio, (widget_->height() - 1 - place.y()) * ratio, i);
-    renderer_->DisplayToWorld();
-    const double* world = renderer_->GetWorldPoint();
-    ends[i] = Vector3(world[0], world[1], world[2]) / world[3];
-  }
-  return {ends[0], ends[1] - ends[0]};
-}
-
-Vector3 BodyView::in_view_plane(const QPointF& place, const Vector3& anchor) const {
-  const Ray ray = ray_at(place);
-  const Vector3 normal(renderer_->GetActiveCamera()->GetDirectionOfProjection());
-  return ray.origin + ray.direction * (normal.dot(anchor - ray.origin) / normal.dot(ray.direction));
-}
-
-Index BodyView::vertex_at(const QPointF& place) const {
-  if (!snapshot_) return -1;
-  const Ray ray = ray_at(place);
-  const auto drawn = [this](const Vector3& x) { return scene_->is_drawn(x); };
-  const auto hit =
-      first_hit(scene_->triangles(), snapshot_->position, ray.origin, ray.direction, drawn);
-  Index best = -1;
-  double nearest = std::numeric_limits<double>::infinity();
-  const auto consider = [&](Index v, double limit) {
-    const Vector3 x = vertex_block(snapshot_->position, v);
-    if (!drawn(x)) return;
-    const QPointF d = to_canvas(x) - place;
-    const double distance = std::hypot(d.x(), d.y());
-    if (distance <= limit && distance < nearest) {
-      nearest = distance;
-      best = v;
-    }
-  };
-  if (hit) {
-    for (const Index v : scene_->triangles()[hit->triangle]) {
-      consider(v, std::numeric_limits<double>::infinity());
-    }
-  } else {
-    for (const auto& triangle : scene_->triangles()) {
-      for (const Index v : triangle) consider(v, kNearSilhouette);
-    }
-  }
-  return best;
-}
-
-std::vector<Index> BodyView::vertices_in(const QRect& band) const {
-  std::vector<Index> inside;
-  if (!snapshot_) return inside;
-  for (Index v = 0; v < snapshot_->position.size() / 3; ++v) {
-    const Vector3 x = vertex_block(snapshot_->position, v);
-    if (scene_->is_drawn(x) && QRectF(band).contains(to_canvas(x))) inside.push_back(v);
-  }
-  return inside;
-}
-
 bool BodyView::press(const QPointF& place, Qt::KeyboardModifiers modifiers) {
   pressed_ = place;
+  value_->hide();
+  if (const Vector3 face = cube_.face_at(place); !face.isZero()) {
+    look_from(face);
+    return true;
+  }
   gesture_ = Gesture::kCamera;
   if (tool_ == Tool::kSelect || (modifiers & Qt::ShiftModifier) != 0) {
     gesture_ = Gesture::kBand;
@@ -291,7 +259,7 @@ bool BodyView::press(const QPointF& place, Qt::KeyboardModifiers modifiers) {
   pressed_vertex_ = vertex_at(place);
   if (pressed_vertex_ < 0)
     return false;  // the drag does not begin on the body: it turns the camera
-  anchor_ = vertex_block(snapshot_->position, pressed_vertex_);
+  anchor_ = vertex_block(drawn_->position, pressed_vertex_);
   gesture_ = tool_ == Tool::kMove ? Gesture::kDrag : Gesture::kArrow;
   if (gesture_ == Gesture::kDrag) {
     drag_is_exact_ = (modifiers & Qt::AltModifier) != 0;
@@ -309,13 +277,13 @@ bool BodyView::move(const QPointF& place) {
       return true;
     case Gesture::kDrag:
       drag_goal_ = anchor_ + in_view_plane(place, anchor_) - in_view_plane(pressed_, anchor_);
-      emit dragged(drag_goal_);
+      emit dragged(true_position(pressed_vertex_, drag_goal_));
       draw_drag();
       render();
       return true;
     case Gesture::kArrow:
       // The body may move while the user pulls the arrow. The arrow starts at the present position.
-      if (snapshot_) anchor_ = vertex_block(snapshot_->position, pressed_vertex_);
+      if (drawn_) anchor_ = vertex_block(drawn_->position, pressed_vertex_);
       scene_->set_pulled_arrow(anchor_, in_view_plane(place, anchor_));
       emit arrow_moved(tool_, in_view_plane(place, anchor_) - anchor_);
       render();
@@ -327,6 +295,8 @@ bool BodyView::move(const QPointF& place) {
       return true;
     }
     default:
+      hovered_ = place;
+      if (gesture_ == Gesture::kNone) show_value();
       return false;
   }
 }
@@ -346,6 +316,16 @@ bool BodyView::release(const QPointF& place, Qt::KeyboardModifiers modifiers) {
     scene_->set_pulled_arrow(anchor_, anchor_);
     render();
   }
+  const auto both = Qt::ControlModifier | Qt::ShiftModifier;
+  if (clicked && gesture == Gesture::kBand && (modifiers & both) == both) {
+    const auto hit = hit_at(place);
+    if (hit) {
+      emit band_selected(
+          face_vertices(scene_->triangles(), drawn_->position, hit->triangle, drawing_.face_angle),
+          add);
+    }
+    return true;
+  }
   if (clicked && gesture != Gesture::kNone) {
     emit picked(vertex_at(place), add);
     return gesture != Gesture::kCamera;  // VTK's camera style needs the release event
@@ -354,9 +334,16 @@ bool BodyView::release(const QPointF& place, Qt::KeyboardModifiers modifiers) {
     emit arrow_pulled(tool_, pressed_vertex_, in_view_plane(place, anchor_) - anchor_);
   }
   if (gesture == Gesture::kBand) {
-    emit band_selected(vertices_in(QRect(pressed_.toPoint(), place.toPoint()).normalized()), add);
+    const bool through = (modifiers & Qt::AltModifier) != 0;
+    emit band_selected(
+        vertices_in(QRect(pressed_.toPoint(), place.toPoint()).normalized(), through), add);
   }
   return gesture != Gesture::kCamera && gesture != Gesture::kNone;
+}
+
+void BodyView::changeEvent(QEvent* event) {
+  if (event->type() == QEvent::PaletteChange) set_drawing(DrawingSettings(drawing_));
+  QWidget::changeEvent(event);
 }
 
 bool BodyView::eventFilter(QObject* watched, QEvent* event) {
@@ -391,6 +378,14 @@ bool BodyView::eventFilter(QObject* watched, QEvent* event) {
     }
     case QEvent::MouseButtonDblClick:
       return true;
+    case QEvent::Resize:
+      // The gutter and the cube have sizes in pixels.
+      QTimer::singleShot(0, this, &BodyView::render);
+      return false;
+    case QEvent::Leave:
+      hovered_ = {-1.0, -1.0};
+      value_->hide();
+      return false;
     case QEvent::Wheel:
       if (gesture_ != Gesture::kDrag) return false;
       emit area_scaled(static_cast<QWheelEvent*>(event)->angleDelta().y() > 0 ? 1.25 : 0.8);

@@ -11,12 +11,12 @@
 
 #include "body_scene.h"
 #include "drawing_settings.h"
+#include "view_cube.h"
 
+class QLabel;
 class QRubberBand;
 class QToolButton;
-class vtkAxesActor;
 class vtkGenericOpenGLRenderWindow;
-class vtkOrientationMarkerWidget;
 class vtkRenderer;
 
 namespace tetraction::viewer {
@@ -43,8 +43,14 @@ class BodyView : public QWidget {
   void set_attraction(bool present);
   void set_tool(Tool tool);
   Tool tool() const { return tool_; }
-  /// Shows the whole body along x, y or z for `axis` = 0, 1 or 2, and oblique for −1.
-  void reset_camera(int axis);
+  /// Shows the whole body, as seen from this direction.
+  void look_from(const Vector3& direction);
+  /// Whether the picture is without perspective.
+  void set_parallel(bool on);
+  /// Keeps the shape of this moment as the ghost (DrawingSettings::ghost).
+  void keep_ghost();
+  /// Whether pictures are recorded. They are without the cube.
+  void set_recording(bool on);
   /// Shows the whole body from the present direction.
   void fit();
   /// The same if no part of the body is in the picture.
@@ -65,6 +71,8 @@ class BodyView : public QWidget {
   std::uint64_t picture_count() const { return pictures_; }
   /// The present picture.
   QImage picture() const;
+  /// The same in so many pixels that it can fill this size.
+  QImage picture(const QSize& size);
   /// The widget that receives the mouse events.
   QWidget* canvas() const;
   /// Coordinates of a point in the canvas, in logical pixels.
@@ -91,10 +99,15 @@ class BodyView : public QWidget {
 
  protected:
   bool eventFilter(QObject* watched, QEvent* event) override;
+  void changeEvent(QEvent* event) override;
 
  private:
   struct Ray {
     Vector3 origin, direction;
+  };
+  struct Hit {
+    std::size_t triangle;
+    Vector3 point;
   };
   Ray ray_at(const QPointF& place) const;
   /// The intersection of the ray with the plane through `anchor` that faces the camera.
@@ -103,7 +116,11 @@ class BodyView : public QWidget {
   bool press(const QPointF& place, Qt::KeyboardModifiers modifiers);
   bool move(const QPointF& place);
   bool release(const QPointF& place, Qt::KeyboardModifiers modifiers);
-  std::vector<Index> vertices_in(const QRect& band) const;
+  std::optional<Hit> hit_at(const QPointF& place) const;
+  std::vector<Index> vertices_in(const QRect& band, bool through);
+  std::shared_ptr<const Snapshot> scaled(const std::shared_ptr<const Snapshot>& snapshot);
+  Vector3 true_position(Index vertex, const Vector3& drawn) const;
+  void show_value();
   void draw_drag();
   bool is_outside() const;
   void show_edge_mark();
@@ -114,11 +131,11 @@ class BodyView : public QWidget {
   VtkWidget* widget_;  // shows window_
   vtkNew<vtkRenderer> renderer_;
   vtkNew<vtkRenderer> gutter_;  // of the colour bar, right of the body
-  vtkNew<vtkAxesActor> marker_axes_;
-  vtkNew<vtkOrientationMarkerWidget> marker_;
+  ViewCube cube_;
   std::unique_ptr<BodyScene> scene_;
   DrawingSettings drawing_;
-  std::shared_ptr<const Snapshot> snapshot_;
+  std::shared_ptr<const BodyShape> shape_;
+  std::shared_ptr<const Snapshot> snapshot_, drawn_;  // drawn_ has scaled displacements
   std::uint64_t pictures_ = 0;
   bool started_ = false;
   Tool tool_ = Tool::kLook;
@@ -129,7 +146,10 @@ class BodyView : public QWidget {
   Vector3 drag_goal_ = Vector3::Zero();
   bool drag_is_exact_ = false;
   bool follow_ = false;
+  bool recording_ = false;
+  QPointF hovered_{-1.0, -1.0};  // where the mouse is, without a pressed button
   QRubberBand* band_;
+  QLabel* value_;
   QToolButton* edge_mark_;
 };
 

@@ -15,7 +15,7 @@ void BodyView::fit() {
 }
 
 bool BodyView::is_outside() const {
-  if (!snapshot_) return false;
+  if (!drawn_) return false;
   const auto [low, high] = scene_->bounds();
   QRectF box;
   for (int corner = 0; corner < 8; ++corner) {
@@ -39,7 +39,7 @@ void BodyView::set_follow(bool on) {
 }
 
 void BodyView::show_element(const TetMesh& mesh, Index element) {
-  if (!snapshot_) return;
+  if (!drawn_) return;
   std::vector<Index> vertices;
   for (const Index v : mesh.tetrahedra[static_cast<std::size_t>(element)]) vertices.push_back(v);
   scene_->fit(vertices);

@@ -20,8 +20,9 @@ class ColorBar {
 
   /// Sets the field, its range and the colour of the text.
   void set(const DrawingSettings& drawing, int region_count, double text_gray);
-  /// Adapts an automatic range to the values.
-  void follow(const std::vector<float>& values);
+  /// Adapts an automatic range to the values. False while they are no more than round-off, so that there is no
+  /// range: the body has one colour then, and there is no bar.
+  bool follow(const std::vector<float>& values);
   /// The next call of follow() defines a new automatic range.
   void forget_range();
   vtkLookupTable* table() const { return table_; }
@@ -30,14 +31,15 @@ class ColorBar {
 
  private:
   void fill(bool categories, int count);
+  void show_range();
+  bool has_fixed_range() const;
 
   DrawingSettings drawing_;
   bool known_ = false;  // whether the automatic range is defined
   double low_ = 0.0, high_ = 1.0;
   double spread_ = 1.0;  // width of the automatic range from its fixed end or middle
   int too_large_ = 0;    // number of pictures for which the range was too large
-  int shown_regions_ = -1;
-  vtkNew<vtkLookupTable> table_;
+  vtkNew<vtkLookupTable> table_, bar_table_;
   vtkNew<vtkScalarBarActor> bar_;
 };
 

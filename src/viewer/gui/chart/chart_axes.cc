@@ -31,6 +31,8 @@ void LiveChart::scale() {
       }
     }
     if (!(low <= high)) low = high = 0.0;
+    constexpr double kDecades = 12.0;
+    if (logarithmic_) low = std::max(low, high - kDecades);
     double room = 0.06 * (high - low);
     // The range is not smaller than round-off.
     const double size = std::max(std::abs(low), std::abs(high));
@@ -44,7 +46,6 @@ void LiveChart::scale() {
   top_ = y->GetMaximum();
 
   // The marks are one line with gaps: NaN separates the vertical parts.
-  vtkNew<vtkStringArray> texts;
   vtkDoubleArray* time = column(mark_table_, 0);
   vtkDoubleArray* line = column(mark_table_, 1);
   time->SetNumberOfTuples(0);
@@ -56,10 +57,8 @@ void LiveChart::scale() {
     for (const double place : {bottom_, top_, kNaN}) {
       time->InsertNextValue(mark.time);
       line->InsertNextValue(place);
-      texts->InsertNextValue(mark.what);
     }
   }
-  marks_plot_->SetIndexedLabels(texts);
   marks_plot_->SetVisible(!marks_.empty());
   vtkDoubleArray* cursor_time = column(cursor_table_, 0);
   vtkDoubleArray* cursor_line = column(cursor_table_, 1);
@@ -91,7 +90,10 @@ void LiveChart::set_ticks() {
     vtkNew<vtkStringArray> labels;
     for (const double tick : axis_ticks(low, high, wanted)) {
       places->InsertNextValue(tick);
-      labels->InsertNextValue(QString::number(tick, 'g', 4).toStdString());
+      const bool is_power = logarithmic_ && side == vtkAxis::LEFT;
+      labels->InsertNextValue(
+          QString::number(is_power ? std::pow(10.0, tick) : tick, 'g', is_power ? 2 : 4)
+              .toStdString());
     }
     axis->SetCustomTickPositions(places, labels);
   }

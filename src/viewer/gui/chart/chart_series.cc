@@ -12,7 +12,7 @@ namespace {
 using Row = const HistoryRow&;
 // Colours that colour-blind people can distinguish (Okabe and Ito).
 constexpr std::array<unsigned char, 3> kBlue{0, 114, 178}, kOrange{230, 159, 0},
-    kGreen{0, 158, 115}, kBlack{40, 40, 40}, kRed{213, 94, 0}, kPink{204, 121, 167};
+    kGreen{0, 158, 115}, kRed{213, 94, 0}, kPink{204, 121, 167};
 
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
@@ -47,6 +47,9 @@ const std::vector<ChartKind>& chart_kinds(RunKind run) {
         {"Dissipated", kGreen, [](Row r) { return r.dissipated_energy; }},
         {"Work of edits", kPink, [](Row r) { return r.edit_work; }},
         {"Energy error", kRed, [](Row r) { return r.energy_error; }}}},
+      {"Energy error",
+       "Energy error [J]",
+       {{"Energy error", kRed, [](Row r) { return r.energy_error; }}}},
       {"Linear momentum",
        "Momentum [kg m/s]",
        {{"p x", kBlue, [](Row r) { return r.linear_momentum.x(); }},

@@ -11,6 +11,9 @@
 
 namespace tetraction::viewer {
 
+/// Of the series that is drawn in the colour of the texts.
+inline constexpr std::array<unsigned char, 3> kBlack{40, 40, 40};
+
 struct ChartSeries {
   std::string name;
   std::array<unsigned char, 3> color;
@@ -27,7 +30,7 @@ struct ChartKind {
 /// the load factor.
 enum class RunKind { kMotion, kEquilibrium };
 
-/// The kinds of a motion: energy, energy balance, linear momentum, angular momentum, iterations. An
+/// The kinds of a motion: energy, energy balance, energy error, linear momentum, angular momentum, iterations. An
 /// equilibrium has energy without the kinetic part, and iterations.
 const std::vector<ChartKind>& chart_kinds(RunKind run = RunKind::kMotion);
 

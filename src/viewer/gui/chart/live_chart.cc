@@ -25,12 +25,15 @@
 #include <QMouseEvent>
 #include <QPushButton>
 #include <QTabBar>
+#include <QTimer>
+#include <QToolTip>
 #include <QVBoxLayout>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include "chart_axes.h"
+#include "viewer/gui/widgets/theme.h"
 #include "viewer/gui/widgets/vtk_widget.h"
 
 namespace tetraction::viewer {
@@ -57,6 +60,15 @@ LiveChart::LiveChart(QWidget* parent)
   probe_choice_->setObjectName(QStringLiteral("probe_choice"));
   probe_choice_->setToolTip(tr("The probe that is shown"));
   probe_choice_->hide();
+  auto* logarithmic = new QCheckBox(tr("log"), this);
+  logarithmic->setObjectName(QStringLiteral("logarithmic"));
+  logarithmic->setToolTip(tr("Logarithms of the magnitudes"));
+  logarithmic->setFocusPolicy(Qt::TabFocus);
+  connect(logarithmic, &QCheckBox::toggled, this, [this](bool on) {
+    logarithmic_ = on;
+    following_ = stale_ = true;
+    refresh();
+  });
   auto* whole = new QPushButton(tr("Whole run"), this);
   whole->setObjectName(QStringLiteral("whole_run"));
   whole->setToolTip(
@@ -68,6 +80,7 @@ LiveChart::LiveChart(QWidget* parent)
   auto* top = new QHBoxLayout;
   top->addWidget(tabs_, 1);
   top->addWidget(probe_choice_);
+  top->addWidget(logarithmic);
   top->addWidget(whole);
   top->addWidget(save);
   legend_box_ = new QWidget(this);
@@ -100,7 +113,6 @@ LiveChart::LiveChart(QWidget* parent)
     }
   });
   widget_->interactor()->AddObserver(vtkCommand::RenderEvent, draw);
-  view_->GetRenderer()->SetBackground(1.0, 1.0, 1.0);
   chart_ = vtkSmartPointer<vtkChartXY>::New();
   view_->GetScene()->AddItem(chart_);
   // The axes are drawn even if there is no line, as before the first step.
@@ -112,10 +124,8 @@ LiveChart::LiveChart(QWidget* parent)
   for (const int side : {vtkAxis::LEFT, vtkAxis::BOTTOM}) {
     vtkAxis* axis = chart_->GetAxis(side);
     axis->SetBehavior(vtkAxis::FIXED);
-    axis->GetTitleProperties()->SetFontSize(12);
-    axis->GetTitleProperties()->SetBold(false);
-    axis->GetLabelProperties()->SetFontSize(11);
-    axis->GetGridPen()->SetColor(225, 225, 225);
+    set_type_face(axis->GetTitleProperties(), TextSize::kSmall);
+    set_type_face(axis->GetLabelProperties(), TextSize::kSmall);
     // All labels have the same format, so that the width of the chart does not change often.
     axis->SetNotation(vtkAxis::PRINTF_NOTATION);
     axis->SetLabelFormat("%.4g");
@@ -129,12 +139,15 @@ LiveChart::LiveChart(QWidget* parent)
     add_column(table, "time");
     add_column(table, "line");
   }
+  chart_->SetTooltip(nullptr);  // show_values() has one
+  widget_->setMouseTracking(true);
   widget_->installEventFilter(this);
   connect(tabs_, &QTabBar::currentChanged, this, &LiveChart::show_kind);
   connect(probe_choice_, QOverload<int>::of(&QComboBox::activated), this, &LiveChart::show_probe);
   connect(whole, &QPushButton::clicked, this, &LiveChart::show_whole_run);
   connect(save, &QPushButton::clicked, this, &LiveChart::save);
   set_run(RunKind::kMotion);
+  set_colors();
   rebuild();
 }
 
@@ -164,6 +177,7 @@ void LiveChart::set_marks(const std::vector<EditMark>& marks) {
 }
 
 void LiveChart::set_cursor(double time) {
+  if (time == cursor_ || (std::isnan(time) && std::isnan(cursor_))) return;
   cursor_ = time;
   stale_ = true;
 }
@@ -251,16 +265,16 @@ void LiveChart::rebuild() {
   };
   marks_plot_ = add_line(mark_table_, 1, 150, 150, 160, 1.0F);
   marks_plot_->GetPen()->SetLineType(vtkPen::DASH_LINE);
-  marks_plot_->SetTooltipLabelFormat("%i");
   cursor_plot_ = add_line(cursor_table_, 1, 90, 90, 90, 1.0F);
   for (std::size_t s = 0; s < kind.series.size(); ++s) {
     const ChartSeries& series = kind.series[s];
     add_column(table_, series.name.c_str());
-    vtkPlotLine* plot = add_line(table_, static_cast<int>(s) + 1, series.color[0], series.color[1],
-                                 series.color[2], 1.6F);
+    const bool is_black = series.color == kBlack;  // black lines have the colour of the texts
+    const QColor color = is_black ? theme_colors().field.text
+                                  : QColor(series.color[0], series.color[1], series.color[2]);
+    vtkPlotLine* plot =
+        add_line(table_, static_cast<int>(s) + 1, color.red(), color.green(), color.blue(), 1.6F);
     plot->SetLabel(series.name);
-    plot->SetTooltipLabelFormat(run_ == RunKind::kMotion ? "%l: %y at %x s"
-                                                         : "%l: %y at load factor %x");
     plots_.push_back(plot);
 
     auto* check = new QCheckBox(QString::fromStdString(series.name), legend_box_);
@@ -268,7 +282,7 @@ void LiveChart::rebuild() {
     check->setChecked(shown_[static_cast<std::size_t>(kind_)][s]);
     check->setToolTip(tr("Show or hide this series"));
     QPixmap patch(18, 4);
-    patch.fill(QColor(series.color[0], series.color[1], series.color[2]));
+    patch.fill(color);
     check->setIcon(patch);
     check->setIconSize(patch.size());
     legend_->addWidget(check);
@@ -292,7 +306,10 @@ void LiveChart::fill() {
     const std::vector<double>& from =
         c == 0 ? thinned.time : thinned.values[static_cast<std::size_t>(c) - 1];
     array->SetNumberOfTuples(count);
-    std::copy(from.begin(), from.end(), array->GetPointer(0));
+    std::transform(from.begin(), from.end(), array->GetPointer(0), [&](double value) {
+      if (c == 0 || !logarithmic_) return value;
+      return value == 0.0 ? kNaN : std::log10(std::abs(value));
+    });
     array->Modified();
   }
   table_->Modified();
@@ -316,8 +333,75 @@ void LiveChart::draw() {
   window_->Render();
 }
 
+void LiveChart::changeEvent(QEvent* event) {
+  if (event->type() == QEvent::PaletteChange) {
+    // Later, because this deletes widgets to which Qt is about to send the event.
+    QTimer::singleShot(0, this, [this] {
+      set_colors();
+      rebuild();
+      refresh();
+    });
+  }
+  QWidget::changeEvent(event);
+}
+
+void LiveChart::set_colors() {
+  const ThemeColors& colors = theme_colors();
+  const auto bytes = [](const QColor& c) {
+    return vtkColor4ub(static_cast<unsigned char>(c.red()), static_cast<unsigned char>(c.green()),
+                       static_cast<unsigned char>(c.blue()), 255);
+  };
+  const QColor& ground = colors.field.ground;
+  const QColor& ink = colors.field.text;
+  view_->GetRenderer()->SetBackground(ground.redF(), ground.greenF(), ground.blueF());
+  for (const int side : {vtkAxis::LEFT, vtkAxis::BOTTOM}) {
+    vtkAxis* axis = chart_->GetAxis(side);
+    axis->GetPen()->SetColor(bytes(colors.border));
+    axis->GetGridPen()->SetColor(bytes(colors.grid));
+    for (vtkTextProperty* text : {axis->GetTitleProperties(), axis->GetLabelProperties()}) {
+      text->SetColor(ink.redF(), ink.greenF(), ink.blueF());
+    }
+  }
+}
+
 QWidget* LiveChart::canvas() const {
   return widget_;
+}
+
+std::array<int, 2> LiveChart::axis_ends() const {
+  vtkAxis* x = chart_->GetAxis(vtkAxis::BOTTOM);
+  const double ratio = widget_->devicePixelRatioF();
+  return {static_cast<int>(x->GetPoint1()[0] / ratio), static_cast<int>(x->GetPoint2()[0] / ratio)};
+}
+
+double LiveChart::time_at(double x) const {
+  const auto [first, last] = axis_ends();
+  const auto ranges = axis_ranges();
+  return ranges[0] + (x - first) / std::max(last - first, 1) * (ranges[1] - ranges[0]);
+}
+
+// The values of the visible series in the row that is nearest to the mouse, and the edits there.
+void LiveChart::show_values(const QPoint& place) {
+  const double time = time_at(place.x());
+  const auto next = std::lower_bound(rows_.begin(), rows_.end(), time,
+                                     [](const HistoryRow& row, double t) { return row.time < t; });
+  if (next == rows_.end() && rows_.empty()) return QToolTip::hideText();
+  const HistoryRow& row = next == rows_.end() ? rows_.back() : *next;
+  QStringList lines{
+      (run_ == RunKind::kMotion ? tr("%1 s") : tr("load factor %1")).arg(row.time, 0, 'g', 5)};
+  const auto& shown = shown_[static_cast<std::size_t>(kind_)];
+  for (std::size_t s = 0; s < shown.size(); ++s) {
+    const ChartSeries& series = kind().series[s];
+    if (!shown[s]) continue;
+    lines +=
+        tr("%1: %2").arg(QString::fromStdString(series.name)).arg(series.value(row), 0, 'g', 5);
+  }
+  const double near = 4.0 * std::abs(time_at(1.0) - time_at(0.0));
+  for (const EditMark& mark : marks_) {
+    if (std::abs(mark.time - time) <= near) lines += QString::fromStdString(mark.what);
+  }
+  lines.removeDuplicates();
+  QToolTip::showText(widget_->mapToGlobal(place), lines.join(QLatin1Char('\n')), widget_);
 }
 
 std::array<double, 4> LiveChart::axis_ranges() const {
@@ -349,15 +433,12 @@ bool LiveChart::eventFilter(QObject* watched, QEvent* event) {
       pressed_ = false;
       const QPointF place = static_cast<QMouseEvent*>(event)->localPos();
       if ((place - pressed_at_).manhattanLength() < 3.0) {
-        vtkAxis* x = chart_->GetAxis(vtkAxis::BOTTOM);
-        const double ratio = widget_->devicePixelRatioF();
-        const double first = x->GetPoint1()[0];
-        const double last = x->GetPoint2()[0];
-        const double t = (place.x() * ratio - first) / (last - first);
-        if (t >= 0.0 && t <= 1.0) {
-          emit time_clicked(x->GetMinimum() + t * (x->GetMaximum() - x->GetMinimum()));
-        }
+        const double time = time_at(place.x());
+        if (time >= ranges[0] && time <= ranges[1]) emit time_clicked(time);
       }
+    }
+    if (event->type() == QEvent::MouseMove && !pressed_) {
+      show_values(static_cast<QMouseEvent*>(event)->pos());
     }
     const bool dragged = event->type() == QEvent::MouseMove && pressed_;
     if (dragged || event->type() == QEvent::Wheel) following_ = false;

@@ -54,6 +54,8 @@ class LiveChart : public QWidget {
   /// Draws the chart if its data have changed.
   void refresh();
   QWidget* canvas() const;
+  /// Where the horizontal axis begins and ends, in pixels of the canvas.
+  std::array<int, 2> axis_ends() const;
   /// The ranges of the axes: first and last time (s), least and largest value.
   std::array<double, 4> axis_ranges() const;
   /// The title of the horizontal axis.
@@ -79,23 +81,28 @@ class LiveChart : public QWidget {
 
  protected:
   bool eventFilter(QObject* watched, QEvent* event) override;
+  void changeEvent(QEvent* event) override;
 
  private:
   const ChartKind& kind() const { return kinds_[static_cast<std::size_t>(kind_)]; }
   int fixed_kinds() const { return static_cast<int>(chart_kinds(run_).size()); }
   void set_run(RunKind run);
   bool save_picture(const QString& path);
+  void set_colors();
   void rebuild();
   void fill();
   void scale();
   void set_ticks();
   void draw();
+  void show_values(const QPoint& place);
+  double time_at(double x) const;
 
   std::vector<HistoryRow> rows_;
   std::vector<EditMark> marks_;
   double cursor_;
   bool stale_ = true;      // whether the chart must be drawn again
   bool following_ = true;  // whether the axes show the whole run
+  bool logarithmic_ = false;
   QPointF pressed_at_;
   bool pressed_ = false;  // whether a mouse button is pressed on the chart
   RunKind run_ = RunKind::kMotion;

@@ -13,19 +13,6 @@
 #include "viewer/gui/widgets/number_field.h"
 
 namespace tetraction::viewer {
-namespace {
-
-// The place of a colour in the list, which begins with one colour.
-int place_of(ColorField field) {
-  return field != nullptr ? field->color.place : 0;
-}
-
-ColorField color_at(int place) {
-  return place > 0 ? color_quantities()[static_cast<std::size_t>(place) - 1] : nullptr;
-}
-
-}  // namespace
-
 QCheckBox* DrawingPanel::add_check(QLayout* layout, const QString& text, const char* name,
                                    const QString& tip, bool DrawingSettings::*flag) {
   auto* check = new QCheckBox(text, this);
@@ -61,6 +48,24 @@ QSlider* DrawingPanel::add_slider(QFormLayout* form, const QString& text, const 
   return slider;
 }
 
+template <class Choice>
+QComboBox* DrawingPanel::add_choice(const char* name, const QString& tip, const QStringList& items,
+                                    Choice DrawingSettings::*value) {
+  auto* list = new QComboBox(this);
+  list->setObjectName(QLatin1String(name));
+  list->setToolTip(tip);
+  list->addItems(items);
+  const auto set = [this, value](int i) { drawing_.*value = static_cast<Choice>(i); };
+  lists_.push_back({name, list, set});
+  shows_.emplace_back(
+      [this, list, value] { list->setCurrentIndex(static_cast<int>(drawing_.*value)); });
+  connect(list, QOverload<int>::of(&QComboBox::activated), this, [this, set](int i) {
+    set(i);
+    emit_changed();
+  });
+  return list;
+}
+
 DrawingPanel::DrawingPanel(QWidget* parent) : QWidget(parent) {
   auto* column = new QVBoxLayout(this);
 
@@ -73,24 +78,61 @@ DrawingPanel::DrawingPanel(QWidget* parent) : QWidget(parent) {
   add_check(kinds, tr("Points"), "points", tr("Draw every vertex, also those inside"),
             &DrawingSettings::points);
   body->addRow(kinds);
+  auto* looks = new QHBoxLayout;
+  add_check(looks, tr("Smooth"), "smooth", tr("Shade the surface as a curved one"),
+            &DrawingSettings::smooth);
+  looks->addWidget(add_choice(
+      "antialiasing", tr("Smooth edges of the picture"),
+      {tr("Antialiasing with a graphics card"), tr("No antialiasing"), tr("Antialiasing")},
+      &DrawingSettings::antialiasing));
+  body->addRow(looks);
+  add_slider(body, tr("Opacity"), "opacity",
+             tr("Look through the surface; slow without a graphics card"), 10, 100, 0.01,
+             &DrawingSettings::opacity);
+  scale_ = new NumberField(tr("Factor of the displacements that are drawn"), {}, {0.0, 1e9}, this);
+  scale_->setObjectName(QStringLiteral("displacement_scale"));
+  body->addRow(tr("Displacements ×"), scale_);
+  shows_.emplace_back([this] { scale_->set_value(drawing_.displacement_scale); });
+  connect(scale_, &NumberField::refused, this, &DrawingPanel::refused);
+  connect(scale_, &NumberField::entered, this, [this](double factor) {
+    drawing_.displacement_scale = factor;
+    emit_changed();
+  });
 
   auto* color = add_group(column, tr("Colour"));
   field_ = new QComboBox(this);
   field_->setObjectName(QStringLiteral("color_field"));
   field_->setToolTip(tr("What colours the body"));
-  field_->addItem(tr("One colour"));
-  for (const Quantity* quantity : color_quantities()) {
-    const QString unit = QString::fromUtf8(quantity->unit);
-    const QString name = QString::fromUtf8(quantity->color.name);
-    field_->addItem(unit.isEmpty() ? name : QStringLiteral("%1 [%2]").arg(name, unit));
+  for (const ColorField& field : color_fields()) {
+    const QString name = QString::fromStdString(field.title());
+    const QString unit = field == nullptr ? QString() : QString::fromUtf8(field->unit);
+    field_->addItem(field == nullptr ? tr("One colour")
+                    : unit.isEmpty() ? name
+                                     : QStringLiteral("%1 [%2]").arg(name, unit));
   }
   color->addRow(tr("By"), field_);
-  shows_.emplace_back([this] { field_->setCurrentIndex(place_of(drawing_.field)); });
+  shows_.emplace_back([this] {
+    const auto place = std::ranges::find(color_fields(), drawing_.field) - color_fields().begin();
+    field_->setCurrentIndex(static_cast<int>(place));
+  });
   connect(field_, QOverload<int>::of(&QComboBox::activated), this, [this](int i) {
-    drawing_.field = color_at(i);
+    drawing_.field = color_fields()[static_cast<std::size_t>(i)];
     drawing_.automatic_range = true;
     emit_changed();
   });
+  color->addRow(tr("Map"),
+                add_choice("color_map", tr("The colours from the lowest to the highest value"),
+                           {tr("Viridis"), tr("Cividis"), tr("Cool to warm"), tr("Grey")},
+                           &DrawingSettings::map));
+  auto* ways = new QHBoxLayout;
+  add_check(ways, tr("Averaged"), "averaged",
+            tr("Average the values of tetrahedra at their vertices"), &DrawingSettings::averaged);
+  add_check(ways, tr("Shaded"), "shaded",
+            tr("Faces away from the light are darker than the colour bar"),
+            &DrawingSettings::shaded);
+  add_check(ways, tr("Min, max"), "extremes", tr("Mark the lowest and the highest value"),
+            &DrawingSettings::extremes);
+  color->addRow(ways);
   auto* range = new QHBoxLayout;
   low_ = new NumberField(tr("Lowest value of the colours"), tr("the field's unit"), {-1e30, 1e30},
                          this);
@@ -138,7 +180,7 @@ DrawingPanel::DrawingPanel(QWidget* parent) : QWidget(parent) {
              tr("Length of the longest arrow, 0.1 to 4 times the usual one"), 1, 40, 0.1,
              &DrawingSettings::arrow_scale);
 
-  auto* more = add_group(column, tr("Also"));
+  auto* more = add_group(column, tr("Marks"));
   auto* grid = new QGridLayout;
   auto* left = new QVBoxLayout;
   auto* right = new QVBoxLayout;
@@ -146,9 +188,14 @@ DrawingPanel::DrawingPanel(QWidget* parent) : QWidget(parent) {
             &DrawingSettings::fixed);
   add_check(left, tr("Rest shape"), "rest", tr("The body as it was made, as a wireframe"),
             &DrawingSettings::rest);
+  add_check(left, tr("Ghost"), "ghost",
+            tr("The shape that View → Keep as ghost has kept, as a wireframe"),
+            &DrawingSettings::ghost);
   add_check(right, tr("Axes"), "axes", tr("Axes at the origin"), &DrawingSettings::axes);
   add_check(right, tr("Attraction centre"), "center",
             tr("Where the attraction pulls to, while there is one"), &DrawingSettings::center);
+  add_check(right, tr("Cube"), "cube", tr("Axes in the corner; a click on a face looks from there"),
+            &DrawingSettings::cube);
   grid->addLayout(left, 0, 0);
   grid->addLayout(right, 0, 1);
   more->addRow(grid);
@@ -157,21 +204,13 @@ DrawingPanel::DrawingPanel(QWidget* parent) : QWidget(parent) {
   auto* clip_row = new QHBoxLayout;
   add_check(clip_row, tr("Cut at"), "clip", tr("Look inside: draw one side of a plane only"),
             &DrawingSettings::clip);
-  clip_axis_ = new QComboBox(this);
-  clip_axis_->addItems({tr("x"), tr("y"), tr("z")});
-  clip_axis_->setObjectName(QStringLiteral("clip_axis"));
-  clip_axis_->setToolTip(tr("Normal of the plane"));
-  clip_row->addWidget(clip_axis_);
+  clip_row->addWidget(add_choice("clip_axis", tr("Normal of the plane"),
+                                 {tr("x"), tr("y"), tr("z")}, &DrawingSettings::clip_axis));
   add_check(clip_row, tr("Other side"), "clip_flipped", tr("Draw the other side"),
             &DrawingSettings::clip_flipped);
   clip->addRow(clip_row);
   add_slider(clip, tr("Place"), "clip_at", tr("Through the rest shape from end to end"), 0, 100,
              0.01, &DrawingSettings::clip_at);
-  connect(clip_axis_, QOverload<int>::of(&QComboBox::activated), this, [this](int axis) {
-    drawing_.clip_axis = axis;
-    emit_changed();
-  });
-  shows_.emplace_back([this] { clip_axis_->setCurrentIndex(drawing_.clip_axis); });
 
   auto* light = add_group(column, tr("Light and background"));
   add_slider(
@@ -180,17 +219,17 @@ DrawingPanel::DrawingPanel(QWidget* parent) : QWidget(parent) {
       -90, 90, 1.0, &DrawingSettings::light_azimuth);
   add_slider(light, tr("Down, up"), "light_elevation", tr("Light's place, degrees up"), -90, 90,
              1.0, &DrawingSettings::light_elevation);
-  background_ = new QComboBox(this);
-  background_->addItems({tr("Light"), tr("White"), tr("Dark")});
-  background_->setObjectName(QStringLiteral("background"));
-  background_->setToolTip(tr("Background of the view"));
-  light->addRow(tr("Background"), background_);
-  connect(background_, QOverload<int>::of(&QComboBox::activated), this, [this](int i) {
-    drawing_.background = static_cast<Background>(i);
-    emit_changed();
-  });
-  shows_.emplace_back(
-      [this] { background_->setCurrentIndex(static_cast<int>(drawing_.background)); });
+  light->addRow(tr("Background"),
+                add_choice("background", tr("Background of the view"),
+                           {tr("As the window"), tr("Light"), tr("White"), tr("Dark")},
+                           &DrawingSettings::background));
+
+  auto* selection = add_group(column, tr("Selection"));
+  add_slider(
+      selection, tr("Face angle"), "face_angle",
+      tr("Ctrl+Shift and a click select a face: triangles whose neighbours differ by less than "
+         "this, degrees"),
+      1, 90, 1.0, &DrawingSettings::face_angle);
   column->addStretch(1);
   show_all();
 }
@@ -226,8 +265,11 @@ void DrawingPanel::save(QSettings& settings) const {
   for (const auto& [name, number] : numbers_) {
     settings.setValue(QLatin1String("drawing/") + QLatin1String(name), drawing_.*number);
   }
-  settings.setValue(QStringLiteral("drawing/field"), place_of(drawing_.field));
-  settings.setValue(QStringLiteral("drawing/background"), static_cast<int>(drawing_.background));
+  for (const List& choice : lists_) {
+    settings.setValue(QLatin1String("drawing/") + QLatin1String(choice.name),
+                      choice.list->currentIndex());
+  }
+  settings.setValue(QStringLiteral("drawing/color"), QString::fromStdString(drawing_.field.key()));
 }
 
 void DrawingPanel::load(QSettings& settings) {
@@ -243,13 +285,16 @@ void DrawingPanel::load(QSettings& settings) {
   // These settings belong to one body. They are not restored for the next one.
   drawing_.clip = false;
   drawing_.automatic_range = true;
-  const int field =
-      settings.value(QStringLiteral("drawing/field"), place_of(drawing_.field)).toInt();
-  if (field >= 0 && field < field_->count()) drawing_.field = color_at(field);
-  const int background = settings.value(QStringLiteral("drawing/background"), 0).toInt();
-  if (background >= 0 && background <= static_cast<int>(Background::kDark)) {
-    drawing_.background = static_cast<Background>(background);
+  for (const List& choice : lists_) {
+    const int i = settings.value(QLatin1String("drawing/") + QLatin1String(choice.name), 0).toInt();
+    if (i >= 0 && i < choice.list->count()) choice.set(i);
   }
+  const std::string color =
+      settings.value(QStringLiteral("drawing/color"), QString::fromStdString(drawing_.field.key()))
+          .toString()
+          .toStdString();
+  const auto found = std::ranges::find(color_fields(), color, &ColorField::key);
+  if (found != color_fields().end()) drawing_.field = *found;
   show_all();
 }
 

@@ -43,6 +43,9 @@ class DrawingPanel : public QWidget {
                        bool DrawingSettings::*flag);
   QSlider* add_slider(QFormLayout* form, const QString& text, const char* name, const QString& tip,
                       int low, int high, double factor, double DrawingSettings::*value);
+  template <class Choice>
+  QComboBox* add_choice(const char* name, const QString& tip, const QStringList& items,
+                        Choice DrawingSettings::*value);
   void show_all();
   void emit_changed();
 
@@ -50,8 +53,14 @@ class DrawingPanel : public QWidget {
   std::vector<std::function<void()>> shows_;  // each shows one setting in its widget
   std::vector<std::pair<const char*, bool DrawingSettings::*>> flags_;
   std::vector<std::pair<const char*, double DrawingSettings::*>> numbers_;
-  QComboBox *field_, *clip_axis_, *background_;
-  NumberField *low_, *high_;
+  struct List {
+    const char* name;
+    QComboBox* list;
+    std::function<void(int)> set;
+  };
+  std::vector<List> lists_;
+  QComboBox* field_;
+  NumberField *low_, *high_, *scale_;
   QPushButton* refit_;
 };
 

@@ -313,8 +313,9 @@ std::shared_ptr<const Snapshot> Replay::frame(std::size_t i, ColorField field) c
   const bool has_points =
       drawn->domain == ValueDomain::kVertices && frame.point_arrays.back().rows() > 0;
   snapshot->field_on_cells = !has_points && !cell_names.empty();
-  if (has_points) snapshot->field_values = color_values(frame.point_arrays.back());
-  if (snapshot->field_on_cells) snapshot->field_values = color_values(frame.cell_arrays[0]);
+  if (has_points) snapshot->field_values = color_values(frame.point_arrays.back(), field.component);
+  if (snapshot->field_on_cells)
+    snapshot->field_values = color_values(frame.cell_arrays[0], field.component);
   return snapshot;
 }
 

@@ -61,7 +61,7 @@ class ScenePanels : public QObject {
   std::vector<std::string> names_of(const std::string& section) const;
   void choose_addition();
   std::optional<Addition> addition_;  // that the scene does not have yet
-  FieldForm::Path changed_;  // the field that was changed last
+  FieldForm::Path changed_;           // the field that was changed last
   std::vector<Index> selected_;
   double stable_step_ = 0.0;
   SceneTree* tree_;

@@ -16,6 +16,8 @@
 
 #include "simulation/scene/setting_keys.h"
 
+#include "theme.h"
+
 namespace tetraction::viewer {
 namespace {
 
@@ -113,7 +115,9 @@ void NumberField::restore() {
 }
 
 void NumberField::mark(bool wrong) {
-  setStyleSheet(wrong ? QStringLiteral("QLineEdit { background: #ffd6d6; color: #7a0000; }")
+  const ColorPair& error = theme_colors().cards[2];
+  setStyleSheet(wrong ? QStringLiteral("QLineEdit { background: %1; color: %2; }")
+                            .arg(error.ground.name(), error.text.name())
                       : QString());
 }
 

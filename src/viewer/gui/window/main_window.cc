@@ -22,11 +22,11 @@
 #include "tetraction/core/error.h"
 #include "viewer/gui/body/body_view.h"
 #include "viewer/gui/chart/live_chart.h"
-#include "viewer/gui/panels/control_panel.h"
 #include "viewer/gui/panels/drawing_panel.h"
 #include "viewer/gui/panels/vertex_panel.h"
-#include "viewer/gui/replay/replay_bar.h"
 #include "viewer/gui/scene/scene_panels.h"
+#include "viewer/gui/transport/transport_bar.h"
+#include "viewer/picked_geometry.h"
 
 namespace tetraction::viewer {
 namespace {
@@ -41,13 +41,13 @@ constexpr qint64 kSlowUpdate_ms = 150;  // interval of the updates of charts, fi
 MainWindow::MainWindow()
     : view_(new BodyView(this)),
       messages_(new MessageStrip(view_->canvas())),
-      replay_bar_(new ReplayBar(this)),
-      control_(new ControlPanel(this)),
+      transport_(new TransportBar(this)),
       scene_(new ScenePanels(this)),
       vertex_(new VertexPanel(this)),
       drawing_(new DrawingPanel(this)),
       chart_(new LiveChart(this)),
       status_body_(new QLabel(this)),
+      status_measure_(new QLabel(this)),
       status_recording_(new QLabel(this)),
       status_rate_(new QLabel(this)) {
   setAcceptDrops(true);
@@ -57,12 +57,13 @@ MainWindow::MainWindow()
   column->setContentsMargins(0, 0, 0, 0);
   column->setSpacing(0);
   column->addWidget(view_, 1);
-  column->addWidget(replay_bar_);
-  replay_bar_->hide();
+  column->addWidget(transport_);
   setCentralWidget(center);
   statusBar()->addWidget(status_body_, 1);
+  status_measure_->setObjectName(QStringLiteral("measure"));
+  statusBar()->addPermanentWidget(status_measure_);
   status_recording_->setObjectName(QStringLiteral("recording_sign"));
-  status_recording_->setStyleSheet(QStringLiteral("color: #b00000; font-weight: bold;"));
+  status_recording_->setForegroundRole(QPalette::BrightText);
   status_recording_->hide();
   statusBar()->addPermanentWidget(status_recording_);
   statusBar()->addPermanentWidget(status_rate_);
@@ -71,6 +72,7 @@ MainWindow::MainWindow()
   make_docks();
   make_actions();
   connect_panels();
+  connect_transport();
   connect_view();
   restore_window();
   set_drawing(drawing_->drawing());
@@ -107,7 +109,7 @@ void MainWindow::set_drawing(const DrawingSettings& drawing) {
   const bool other_field = drawing.field != view_->drawing().field;
   view_->set_drawing(drawing);
   if (simulation_) simulation_->set_color_field(drawing.field);
-  if (replay_ && other_field) show_frame(static_cast<std::size_t>(replay_bar_->frame()));
+  if (replay_ && other_field) show_frame(transport_->frame());
   if (drawing.automatic_range) drawing_->show_range(view_->color_low(), view_->color_high());
 }
 
@@ -115,10 +117,11 @@ void MainWindow::show_frame(std::size_t frame) {
   if (!replay_) return;
   try {
     show_snapshot(replay_->frame(frame, view_->drawing().field));
+    transport_->show_frame(frame);
     chart_->set_cursor(replay_->times()[frame]);
     chart_->refresh();
   } catch (const Error& error) {
-    replay_bar_->play(false);
+    transport_->play(false);
     show_error(QString::fromUtf8(error.what()));
   }
 }
@@ -162,10 +165,10 @@ void MainWindow::show_snapshot(const std::shared_ptr<const Snapshot>& snapshot) 
 
 // Returns to the start. Tells the user what this loses, with a button that saves the recorded edits.
 void MainWindow::restart() {
-  if (replay_) replay_bar_->set_frame(0);
+  if (replay_) transport_->go_to(replay_->times().front());
   if (!simulation_) return;
   std::shared_ptr<const Scene> recorded;
-  if (simulation_->edited_since(saved_edits_) && simulation_->snapshot()->step > 0) {
+  if (simulation_->edited_since(saved_edits_) && simulation_->peek()->step > 0) {
     recorded = std::make_shared<Scene>(simulation_->recorded_scene());
   }
   const QString run = std::exchange(run_folder_, {});
@@ -209,13 +212,14 @@ void MainWindow::update_slow_parts() {
   pictures_before_ = pictures;
   states_shown_ = 0;
   if (const auto state = view_->state()) {
-    control_->show_state(*state);
     vertex_->show_state(*state);
+    show_measure();
     if (drawing_->drawing().automatic_range) {
       drawing_->show_range(view_->color_low(), view_->color_high());
     }
   }
   check_pictures();
+  update_transport();
   if (!simulation_) return;
   if (!run_folder_.isEmpty() && !simulation_->observed()) report_end_of_run_recording();
 
@@ -240,6 +244,16 @@ void MainWindow::update_slow_parts() {
   }
   if (simulation_->body() == shown_body_) show_notices();  // a new run clears the messages
   update_actions();
+}
+
+// The distance or the angles of two or three selected vertices.
+void MainWindow::show_measure() {
+  std::vector<std::string> names;
+  if (selection_.size() <= 3) {
+    for (const Index v : selection_) names.push_back(std::to_string(mesh()->vertex_id(v)));
+  }
+  status_measure_->setText(
+      QString::fromStdString(measure(view_->state()->position, selection_, names)));
 }
 
 void MainWindow::update_title() {
@@ -272,7 +286,7 @@ bool MainWindow::eventFilter(QObject* watched, QEvent* event) {
 void MainWindow::closeEvent(QCloseEvent* event) {
   // A field with the focus enters its number now, so that the number counts as an edit.
   if (QWidget* field = focusWidget()) field->clearFocus();
-  if (!may_lose_edits()) {
+  if (asks_ && !may_lose_edits()) {
     event->ignore();
     return;
   }
@@ -289,6 +303,11 @@ void MainWindow::closeEvent(QCloseEvent* event) {
     simulation_.reset();
   }
   QMainWindow::closeEvent(event);
+}
+
+void MainWindow::close_without_question() {
+  asks_ = false;
+  close();
 }
 
 void MainWindow::dragEnterEvent(QDragEnterEvent* event) {

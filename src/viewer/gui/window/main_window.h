@@ -22,12 +22,11 @@ class QStackedWidget;
 namespace tetraction::viewer {
 
 class BodyView;
-class ControlPanel;
 class DrawingPanel;
 class LiveChart;
 struct PictureQueue;
-class ReplayBar;
 class ScenePanels;
+class TransportBar;
 class VertexPanel;
 enum class Tool;
 
@@ -51,6 +50,8 @@ class MainWindow : public QMainWindow {
   /// Shows a document. Throws InputError.
   void show_document(Document document);
 
+  /// Closes the window; edits that are not saved are lost.
+  void close_without_question();
   /// Whether the window was closed in a step that could not be given up soon. The recording is complete
   /// then. The program should end without the destructor, which waits for the solver.
   bool closed_within_step() const { return closed_within_step_; }
@@ -61,6 +62,7 @@ class MainWindow : public QMainWindow {
   BodyView* body_view() { return view_; }
   LiveChart* chart() { return chart_; }
   ScenePanels* scene_panels() { return scene_; }
+  TransportBar* transport() { return transport_; }
   MessageStrip* messages() { return messages_; }
   const std::vector<Index>& selection() const { return selection_; }
   void select(std::vector<Index> vertices);
@@ -68,11 +70,14 @@ class MainWindow : public QMainWindow {
   /// false.
   bool save_scene(const QString& path);
   /// Starts to save every picture as a PNG file. The folder is made if it does not exist. It must not
-  /// contain pictures of an earlier recording.
-  void record_pictures(const QString& folder);
+  /// contain pictures of an earlier recording. If `path` ends with .webm or .mp4, ffmpeg makes a film of the
+  /// pictures. An empty size is that of the view.
+  void record_pictures(const QString& path, const QSize& size = {});
   /// Starts to write all files that `tetraction run` would write, with a frame every `frame_every`
   /// steps.
   void record_run(const QString& folder, int frame_every);
+  /// Records the next simulation in this folder, with a frame after each output.every steps of its scene.
+  void record_from_start(const QString& folder) { record_from_start_ = folder; }
   /// Ends either recording.
   void stop_recording();
   /// Shows the latest state of the simulation. The timer calls it.
@@ -93,6 +98,11 @@ class MainWindow : public QMainWindow {
   void connect_panels();
   void connect_view();
 
+  // window_transport.cc
+  void connect_transport();
+  void update_transport();
+  void show_running(bool running);
+
   // window_opening.cc
   void finish_opening();
   void show_simulation(Opened opened);
@@ -109,6 +119,7 @@ class MainWindow : public QMainWindow {
   void show_frame(std::size_t frame);
   void show_snapshot(const std::shared_ptr<const Snapshot>& snapshot);
   void update_slow_parts();
+  void show_measure();
   void restart();
   void show_loss_by_restart(const QString& run, const std::shared_ptr<const Scene>& recorded);
   void set_drawing(const DrawingSettings& drawing);
@@ -139,8 +150,16 @@ class MainWindow : public QMainWindow {
   void update_recent_files();
   void remember_file(const QString& path);
   void show_keys();
+  static QSize first_size();
   void restore_window();
   void save_window() const;
+
+  // window_looks.cc
+  void make_theme_menu();
+  void reset_layout();
+  void show_about();
+  void add_documents(QMenu* help);
+  void fill_groups(QMenu* menu);
 
   // window_recording.cc
   bool ask_save_scene();
@@ -148,6 +167,7 @@ class MainWindow : public QMainWindow {
   bool write(const Scene& scene, const QString& path);
   void ask_save_screenshot();
   void ask_record_pictures(bool on);
+  void ask_record_film();
   void ask_record_run(bool on);
   void stop_pictures();
   void check_pictures();
@@ -160,6 +180,7 @@ class MainWindow : public QMainWindow {
   std::unique_ptr<VertexEdits> edits_;
   std::unique_ptr<Replay> replay_;
   QString path_;
+  QByteArray first_layout_;           // of the panels of a new window
   std::optional<double> mesh_scale_;  // of the mesh, if it was opened without a scene
   QString opening_path_;
   std::future<Opened> opening_;  // valid while a file is read
@@ -182,27 +203,28 @@ class MainWindow : public QMainWindow {
   QElapsedTimer since_slow_, since_picture_;
   std::uint64_t pictures_before_ = 0;
   int states_shown_ = 0;    // since the last update of the rate
-  QString picture_folder_;  // empty if pictures are not recorded
+  QString picture_folder_;  // or the file of a film; empty if pictures are not recorded
   std::size_t pictures_recorded_ = 0;
   double picture_interval_ = 0.0;  // of a recording, simulated s
   double next_picture_ = -1.0;     // number of the interval of the last one
   std::shared_ptr<PictureQueue> picture_queue_;
   QString run_folder_;  // empty if the run is not recorded
+  QString record_from_start_;
+  bool asks_ = true;  // before edits are lost
 
   BodyView* view_;
   MessageStrip* messages_;
-  ReplayBar* replay_bar_;
-  ControlPanel* control_;
+  TransportBar* transport_;
   ScenePanels* scene_;
   VertexPanel* vertex_;
   DrawingPanel* drawing_;
   LiveChart* chart_;
-  QLabel *status_body_, *status_recording_, *status_rate_;
+  QLabel *status_body_, *status_measure_, *status_recording_, *status_rate_;
   std::vector<QStackedWidget*> live_pages_;  // panels of a simulation, and a text for a replay
 
   QMenu *view_menu_, *recent_;
-  QAction *undo_, *redo_, *fix_, *unfix_, *run_, *step_, *restart_, *reload_, *go_back_, *scale_,
-      *save_scene_, *record_pictures_, *record_run_;
+  QAction *undo_, *redo_, *fix_, *unfix_, *run_, *step_, *restart_, *reload_, *go_back_, *back_,
+      *continue_, *scale_, *save_scene_, *record_pictures_, *record_film_, *record_run_;
   std::vector<QAction*> live_only_;  // actions that need a simulation
 };
 

@@ -4,11 +4,13 @@
 #include <QHBoxLayout>
 #include <QLabel>
 #include <QPushButton>
-#include <QStyle>
 #include <QToolButton>
 #include <QVBoxLayout>
 #include <algorithm>
 #include <utility>
+
+#include "viewer/gui/widgets/icons.h"
+#include "viewer/gui/widgets/theme.h"
 
 namespace tetraction::viewer {
 namespace {
@@ -36,14 +38,8 @@ void MessageStrip::show_message(Kind kind, const QString& text, const QString& c
                                    [&](const auto& c) { return c.second.frame == oldest; });
     end(QString(card->first));
   }
-  static const QString colors[] = {QStringLiteral("background: #e3f0fb; color: #10344f;"),
-                                   QStringLiteral("background: #fff3cd; color: #5c4300;"),
-                                   QStringLiteral("background: #fbdcdc; color: #6b0d0d;")};
   auto* frame = new QFrame(this);
   frame->setObjectName(QStringLiteral("message_card"));
-  frame->setStyleSheet(QStringLiteral("#message_card { %1 border: 1px solid rgba(0, 0, 0, 60); "
-                                      "border-radius: 4px; } #message_card QLabel { %1 }")
-                           .arg(colors[static_cast<int>(kind)]));
   auto* rows = new QVBoxLayout(frame);
   rows->setContentsMargins(10, 5, 5, 5);
   auto* row = new QHBoxLayout;
@@ -55,7 +51,7 @@ void MessageStrip::show_message(Kind kind, const QString& text, const QString& c
   auto* close = new QToolButton(frame);
   close->setAutoRaise(true);
   close->setFocusPolicy(Qt::TabFocus);
-  close->setIcon(style()->standardIcon(QStyle::SP_TitleBarCloseButton));
+  close->setIcon(icon(Icon::kClose));
   close->setToolTip(tr("Close this message"));
   row->addWidget(close, 0, Qt::AlignTop);
   rows->addLayout(row);
@@ -77,8 +73,26 @@ void MessageStrip::show_message(Kind kind, const QString& text, const QString& c
     rows->addLayout(buttons);
   }
   column_->addWidget(frame);
-  cards_[cause] = {frame, label};
+  cards_[cause] = {frame, label, kind};
+  set_colors(cards_[cause]);
   place();
+}
+
+void MessageStrip::set_colors(const Card& card) {
+  const ColorPair& colors = theme_colors().cards[static_cast<std::size_t>(card.kind)];
+  const QString style =
+      QStringLiteral("background: %1; color: %2;").arg(colors.ground.name(), colors.text.name());
+  card.frame->setStyleSheet(
+      QStringLiteral("#message_card { %1 border: 1px solid %2; border-radius: "
+                     "4px; } #message_card QLabel { %1 }")
+          .arg(style, theme_colors().border.name()));
+}
+
+void MessageStrip::changeEvent(QEvent* event) {
+  if (event->type() == QEvent::PaletteChange) {
+    for (const auto& [cause, card] : cards_) set_colors(card);
+  }
+  QFrame::changeEvent(event);
 }
 
 void MessageStrip::end(const QString& cause) {

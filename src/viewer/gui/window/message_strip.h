@@ -42,12 +42,15 @@ class MessageStrip : public QFrame {
 
  protected:
   bool eventFilter(QObject* watched, QEvent* event) override;
+  void changeEvent(QEvent* event) override;
 
  private:
   struct Card {
     QFrame* frame;
     QLabel* label;
+    Kind kind;
   };
+  static void set_colors(const Card& card);
   void place();
 
   std::map<QString, Card> cards_;

@@ -10,6 +10,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
+#include <filesystem>
 #include <future>
 #include <utility>
 
@@ -49,6 +50,19 @@ std::string display_problem() {
          "ParaView.";
 }
 
+// Throws InputError if the run of this file cannot be recorded in the folder.
+void check_record(const std::string& path, const std::string& folder) {
+  if (folder.empty()) return;
+  if (!path.empty() && kind_of(path) == DocumentKind::kRun) {
+    throw InputError("view: --record needs a scene or a mesh; " + path + " is a finished run.");
+  }
+  std::error_code error;
+  if (std::filesystem::exists(std::filesystem::path(folder) / "frames.pvd", error)) {
+    throw InputError("view: --record: there is a run in " + folder +
+                     " already, which would be lost. Give another folder.");
+  }
+}
+
 }  // namespace
 
 void set_up_application() {
@@ -64,7 +78,9 @@ void set_up_application() {
   QCoreApplication::setApplicationName(QStringLiteral("tetraction"));
 }
 
-int run_viewer(const std::string& path, std::optional<double> scale) {
+int run_viewer(const std::string& path, std::optional<double> scale, const std::string& record,
+               const std::function<bool()>& interrupted) {
+  check_record(path, record);
   std::future<Opened> reading;
   if (!path.empty()) {
     reading = std::async(std::launch::async, open_file, path, scale);
@@ -84,7 +100,21 @@ int run_viewer(const std::string& path, std::optional<double> scale) {
   std::setlocale(LC_NUMERIC, "C");  // files have a decimal point; Qt has taken the user's separator
   qInstallMessageHandler(usual);
   MainWindow window;
+  window.record_from_start(QString::fromLocal8Bit(record.c_str()));
   window.show();
+  QTimer signals_timer;
+  QObject::connect(&signals_timer, &QTimer::timeout, &window, [&] {
+    if (!interrupted()) return;
+    // A dialog runs an event loop of its own, which must end first.
+    if (QWidget* dialog = QApplication::activeModalWidget()) {
+      dialog->close();
+    } else {
+      window.close_without_question();
+      QApplication::quit();
+    }
+  });
+  constexpr int kSignals_ms = 50;
+  signals_timer.start(kSignals_ms);
   std::exception_ptr problem;
   QObject::connect(&window, &MainWindow::could_not_open, &app, [&](const std::exception_ptr& what) {
     problem = what;

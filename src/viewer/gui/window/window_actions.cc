@@ -19,11 +19,12 @@
 
 #include "main_window.h"
 #include "viewer/gui/body/body_view.h"
-#include "viewer/gui/panels/control_panel.h"
 #include "viewer/gui/panels/drawing_panel.h"
 #include "viewer/gui/panels/vertex_panel.h"
-#include "viewer/gui/replay/replay_bar.h"
 #include "viewer/gui/scene/scene_panels.h"
+#include "viewer/gui/transport/transport_bar.h"
+#include "viewer/gui/widgets/icons.h"
+#include "viewer/gui/widgets/theme.h"
 
 namespace tetraction::viewer {
 namespace {
@@ -41,6 +42,11 @@ void MainWindow::make_actions() {
   make_view_menu();
   make_help_menu();
   make_tools();
+  for (QAction* action : findChildren<QAction*>()) {
+    const QString key = action->shortcut().toString(QKeySequence::NativeText);
+    if (key.isEmpty() || action->toolTip().contains(key)) continue;
+    action->setToolTip(tr("%1 (%2)").arg(action->toolTip(), key));
+  }
   update_recent_files();
   update_actions();
 }
@@ -83,6 +89,9 @@ void MainWindow::make_file_menu() {
   record_pictures_ = file->addAction(tr("Record &pictures (PNG)…"));
   record_pictures_->setCheckable(true);
   connect(record_pictures_, &QAction::toggled, this, &MainWindow::ask_record_pictures);
+  record_film_ =
+      file->addAction(tr("Record fi&lm (WebM, MP4)…"), this, &MainWindow::ask_record_film);
+  record_film_->setStatusTip(tr("Needs the program ffmpeg. The entry for pictures ends it"));
   record_run_ = file->addAction(tr("Record &run (VTU, PVD, CSV)…"));
   record_run_->setCheckable(true);
   live_only_.push_back(record_run_);
@@ -121,6 +130,9 @@ void MainWindow::make_edit_menu() {
       QKeySequence::SelectAll);
   edit->addAction(
       tr("Select &none"), this, [this] { select({}); }, QKeySequence(tr("Ctrl+Shift+A")));
+  QMenu* groups = edit->addMenu(tr("Select &group"));
+  groups->setObjectName(QStringLiteral("groups"));
+  connect(groups, &QMenu::aboutToShow, this, [this, groups] { fill_groups(groups); });
   edit->addSeparator();
   fix_ = edit->addAction(
       tr("&Fix selection"), this,
@@ -143,9 +155,9 @@ void MainWindow::make_simulation_menu() {
   run_ = menu->addAction(
       tr("&Run or pause"), this,
       [this] {
-        if (replay_) replay_bar_->play(!replay_bar_->playing());
+        if (replay_) transport_->play(!transport_->playing());
         if (!simulation_) return;
-        if (simulation_->snapshot()->running) {
+        if (simulation_->peek()->running) {
           simulation_->pause();
         } else {
           simulation_->run();
@@ -156,9 +168,10 @@ void MainWindow::make_simulation_menu() {
       tr("&Step"), this,
       [this] {
         if (simulation_) simulation_->step();
-        if (replay_) replay_bar_->forward();
+        if (replay_) transport_->go(1);
       },
       QKeySequence(tr("S")));
+  step_->setToolTip(tr("One time step, or one frame (S)"));
   go_back_ = menu->addAction(
       tr("&Back to the last good state"), this,
       [this] {
@@ -166,6 +179,20 @@ void MainWindow::make_simulation_menu() {
       },
       QKeySequence(tr("B")));
   go_back_->setEnabled(false);
+  // The same key: one of the two is enabled.
+  back_ = menu->addAction(
+      tr("Bac&k to the state before"), this, [this] { transport_->go(-1); }, QKeySequence(tr("B")));
+  back_->setToolTip(tr("Back by one kept state, or one frame (B)"));
+  continue_ = menu->addAction(
+      tr("&Continue from here"), this,
+      [this] {
+        if (simulation_) simulation_->continue_here();
+      },
+      QKeySequence(tr("Shift+Space")));
+  continue_->setToolTip(
+      tr("Continues from the state that is shown, with the settings of now. Undo "
+         "brings the later states back (Shift+Space)"));
+  continue_->setVisible(false);
   menu->addSeparator();
   restart_ = menu->addAction(tr("R&estart"), this, &MainWindow::restart, QKeySequence(tr("R")));
   restart_->setToolTip(
@@ -176,9 +203,9 @@ void MainWindow::make_simulation_menu() {
 
 void MainWindow::make_view_menu() {
   view_menu_ = menuBar()->addMenu(tr("&View"));
-  const auto look = [this](const QString& name, const QString& key, int axis) {
+  const auto look = [this](const QString& name, const QString& key, const Vector3& from) {
     view_menu_->addAction(
-        name, this, [this, axis] { view_->reset_camera(axis); }, QKeySequence(key));
+        name, this, [this, from] { view_->look_from(from); }, QKeySequence(key));
   };
   QAction* fit = view_menu_->addAction(
       tr("Whole &body"), this, [this] { view_->fit(); }, QKeySequence(tr("Home")));
@@ -190,33 +217,50 @@ void MainWindow::make_view_menu() {
   follow->setShortcut(QKeySequence(tr("Shift+F")));
   follow->setToolTip(tr("The camera moves with the middle of the body (Shift+F)"));
   connect(follow, &QAction::toggled, view_, &BodyView::set_follow);
-  look(tr("&Oblique"), tr("O"), -1);
-  look(tr("Along &x"), tr("X"), 0);
-  look(tr("Along &y"), tr("Y"), 1);
-  look(tr("Along &z"), tr("Z"), 2);
+  look(tr("&Oblique"), tr("O"), kOblique);
+  for (int axis = 0; axis < 3; ++axis) {
+    const QChar name('x' + axis);
+    look(tr("Along &%1").arg(name), name.toUpper(), Vector3::Unit(axis));
+    look(tr("Along %1, from the other side").arg(name), tr("Shift+%1").arg(name.toUpper()),
+         -Vector3::Unit(axis));
+  }
+  QAction* parallel = view_menu_->addAction(tr("O&rthographic"));
+  parallel->setObjectName(QStringLiteral("orthographic"));
+  parallel->setCheckable(true);
+  parallel->setShortcut(QKeySequence(tr("P")));
+  parallel->setToolTip(tr("Without perspective (P)"));
+  connect(parallel, &QAction::toggled, view_, &BodyView::set_parallel);
+  QAction* ghost = view_menu_->addAction(tr("&Keep as ghost"), view_, &BodyView::keep_ghost,
+                                         QKeySequence(tr("G")));
+  ghost->setObjectName(QStringLiteral("keep_ghost"));
+  ghost->setToolTip(tr("Keeps the shape of this moment; Drawing → Ghost shows it (G)"));
   view_menu_->addSeparator();
   for (QDockWidget* dock : findChildren<QDockWidget*>()) {
     view_menu_->addAction(dock->toggleViewAction());
   }
+  view_menu_->addAction(tr("Reset &layout"), this, &MainWindow::reset_layout,
+                        QKeySequence(tr("Ctrl+Home")));
+  make_theme_menu();
 }
 
 void MainWindow::make_help_menu() {
   QMenu* help = menuBar()->addMenu(tr("&Help"));
   help->addAction(tr("&Keys and mouse"), this, &MainWindow::show_keys, QKeySequence(Qt::Key_F1));
+  add_documents(help);
+  help->addSeparator();
+  help->addAction(tr("&About Tetraction"), this, &MainWindow::show_about);
 }
 
 void MainWindow::make_tools() {
   auto* bar = addToolBar(tr("Tools"));
   bar->setObjectName(QStringLiteral("tools"));
   bar->setMovable(false);
-  bar->setToolButtonStyle(Qt::ToolButtonTextOnly);
-  bar->addAction(run_);
-  bar->addAction(step_);
-  bar->addAction(restart_);
-  bar->addSeparator();
+  bar->setToolButtonStyle(Qt::ToolButtonTextBesideIcon);
+  bar->setIconSize(QSize(2 * kGrid, 2 * kGrid));
   auto* group = new QActionGroup(this);
-  const auto add = [&](const QString& name, const QString& key, const QString& tip, Tool tool) {
-    QAction* action = bar->addAction(name);
+  const auto add = [&](Icon picture, const QString& name, const QString& key, const QString& tip,
+                       Tool tool) {
+    QAction* action = bar->addAction(icon(picture), name);
     action->setObjectName(QStringLiteral("tool_%1").arg(key));
     action->setCheckable(true);
     action->setShortcut(QKeySequence(key));
@@ -226,20 +270,21 @@ void MainWindow::make_tools() {
     return action;
   };
   QAction* look =
-      add(tr("Look"), QStringLiteral("1"),
+      add(Icon::kNavigate, tr("Navigate"), QStringLiteral("1"),
           tr("Drag turns the body, middle button moves it, wheel zooms; click picks"), Tool::kLook);
-  add(tr("Select"), QStringLiteral("2"),
-      tr("Drag a band around vertices, also those inside and behind; Ctrl or Shift adds to the "
-         "selection"),
+  add(Icon::kSelect, tr("Select"), QStringLiteral("2"),
+      tr("Drag a band around the visible vertices, with Alt also those behind; Ctrl or Shift adds "
+         "to "
+         "the selection; Ctrl+Shift and a click select a face"),
       Tool::kSelect);
   live_only_.push_back(add(
-      tr("Drag"), QStringLiteral("3"),
+      Icon::kDrag, tr("Drag"), QStringLiteral("3"),
       tr("Drag vertices with a spring; the wheel sets the area, Alt moves the vertices exactly"),
       Tool::kMove));
-  live_only_.push_back(add(tr("Force"), QStringLiteral("4"),
+  live_only_.push_back(add(Icon::kForce, tr("Force"), QStringLiteral("4"),
                            tr("Pull a force arrow from a vertex; it acts until changed"),
                            Tool::kForce));
-  live_only_.push_back(add(tr("Momentum"), QStringLiteral("5"),
+  live_only_.push_back(add(Icon::kMomentum, tr("Momentum"), QStringLiteral("5"),
                            tr("Pull a momentum arrow from a vertex: a kick"), Tool::kMomentum));
   look->setChecked(true);
   view_->set_tool(Tool::kLook);
@@ -261,8 +306,9 @@ void MainWindow::update_actions() {
   fix_->setEnabled(live && !selection_.empty());
   unfix_->setEnabled(live && !selection_.empty());
   for (QAction* action : {run_, step_, restart_, reload_}) action->setEnabled(live || replay_);
+  back_->setEnabled((live || replay_) && !failed_);
+  continue_->setEnabled(live && continue_->isVisible());
   for (QStackedWidget* pages : live_pages_) pages->setCurrentIndex(replay_ ? 1 : 0);
-  control_->setEnabled(live);
   scene_->tree()->setEnabled(live);
   scene_->inspector()->setEnabled(live);
   vertex_->set_editable(live);
@@ -298,30 +344,42 @@ void MainWindow::show_keys() {
          "<tr><td><b>R</b></td><td>restart: back to the scene's start, with the settings of "
          "now</td></tr>"
          "<tr><td><b>Ctrl+R</b></td><td>reload the scene; edits are forgotten</td></tr>"
-         "<tr><td><b>B</b></td><td>after a failure: back to the last good state</td></tr>"
+         "<tr><td><b>B</b></td><td>back by one kept state; after a failure: to the last good "
+         "state</td></tr>"
+         "<tr><td><b>Shift+Space</b></td><td>continue from the state that is shown</td></tr>"
          "<tr><td><b>F, U</b></td><td>fix, unfix the selection</td></tr>"
          "<tr><td><b>Ctrl+Z, Ctrl+Shift+Z</b></td><td>undo, redo</td></tr>"
          "<tr><td><b>Ctrl+A, Ctrl+Shift+A</b></td><td>select all, none</td></tr>"
-         "<tr><td><b>1 … 5</b></td><td>tools: look, select, drag, force, momentum</td></tr>"
+         "<tr><td><b>1 … 5</b></td><td>tools: navigate, select, drag, force, momentum</td></tr>"
          "<tr><td><b>Home, O, X, Y, Z</b></td><td>whole body from here, oblique, along an "
-         "axis</td></tr>"
+         "axis; with Shift from its other side</td></tr>"
+         "<tr><td><b>P, G</b></td><td>without perspective; keep this shape as a ghost</td></tr>"
          "<tr><td><b>Shift+F</b></td><td>the camera follows the body</td></tr>"
          "<tr><td><b>Wheel during a drag</b></td><td>size of the area that is pulled</td></tr>"
          "<tr><td><b>Alt and drag</b></td><td>the vertex itself, with the tool for drags</td></tr>"
          "<tr><td><b>Click</b></td><td>pick a vertex; with Ctrl or Shift: add it</td></tr>"
-         "<tr><td><b>Shift and drag</b></td><td>rubber band, with every tool</td></tr>"
+         "<tr><td><b>Ctrl+Shift and click</b></td><td>select a face up to its edges</td></tr>"
+         "<tr><td><b>Shift and drag</b></td><td>rubber band, with every tool; with Alt through the "
+         "body</td></tr>"
          "<tr><td><b>Middle button, wheel</b></td><td>move, zoom</td></tr>"
          "<tr><td><b>Ctrl and right button</b></td><td>move the light</td></tr>"
          "</table>"));
 }
 
+QSize MainWindow::first_size() {
+  return QSize(1280, 800).boundedTo(QGuiApplication::primaryScreen()->availableSize());
+}
+
 void MainWindow::restore_window() {
   QSettings settings;
+  apply_theme(stored_theme());
   const QSize room = QGuiApplication::primaryScreen()->availableSize();
-  resize(QSize(1280, 800).boundedTo(room));
-  resizeDocks({findChild<QDockWidget*>(QStringLiteral("dock_run"))}, {kPanelWidth}, Qt::Horizontal);
+  resize(first_size());
+  resizeDocks({findChild<QDockWidget*>(QStringLiteral("dock_scene"))}, {kPanelWidth},
+              Qt::Horizontal);
   resizeDocks({findChild<QDockWidget*>(QStringLiteral("dock_charts"))}, {kChartHeight},
               Qt::Vertical);
+  first_layout_ = saveState();
   restoreGeometry(settings.value(QStringLiteral("geometry")).toByteArray());
   restoreState(settings.value(QStringLiteral("docks")).toByteArray());
   if (width() > room.width() || height() > room.height()) resize(size().boundedTo(room));

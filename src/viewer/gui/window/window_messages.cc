@@ -56,6 +56,7 @@ void MainWindow::show_failure(const Snapshot& snapshot) {
   if (failed == failed_ || !simulation_) return;
   failed_ = failed;
   go_back_->setEnabled(failed);
+  back_->setEnabled(!failed);
   if (!failed) {
     messages_->end(kFailure);
     statusBar()->showMessage(tr("At the last good state, %1 s").arg(snapshot.time), 8000);

@@ -13,11 +13,10 @@
 #include "opened_file.h"
 #include "viewer/gui/body/body_view.h"
 #include "viewer/gui/chart/live_chart.h"
-#include "viewer/gui/panels/control_panel.h"
 #include "viewer/gui/panels/drawing_panel.h"
 #include "viewer/gui/panels/vertex_panel.h"
-#include "viewer/gui/replay/replay_bar.h"
 #include "viewer/gui/scene/scene_panels.h"
+#include "viewer/gui/transport/transport_bar.h"
 
 namespace tetraction::viewer {
 namespace {
@@ -148,8 +147,7 @@ void MainWindow::show_replay(std::unique_ptr<Replay> replay,
   mesh_scale_.reset();
   replay_ = std::move(replay);
   begin_body(replay_->mesh(), std::move(shape));
-  replay_bar_->set_times(replay_->times(), replay_->kind());
-  replay_bar_->show();
+  transport_->begin_replay(replay_->times(), replay_->kind());
   chart_->set_probes(replay_->probes(), replay_->kind());
   chart_->append(replay_->history());
   show_frame(0);
@@ -168,20 +166,22 @@ void MainWindow::show_simulation(Opened opened) {
   saved_edits_ = 0;
   path_.clear();
   mesh_scale_.reset();
-  replay_bar_->play(false);
-  replay_bar_->hide();
+  transport_->begin_simulation();
   const Scene& scene = simulation_->scene();
   const Settings settings = simulation_->settings();
   vertex_->suggest_arrows(simulation_->mesh(), settings.moduli.front().least,
                           settings.mean_density);
   simulation_->set_color_field(drawing_->drawing().field);
-  simulation_->set_steps_per_snapshot(control_->steps_between_pictures());
-  simulation_->set_speed_limit(control_->speed_limit());
+  simulation_->set_steps_per_snapshot(transport_->steps_per_picture());
+  simulation_->set_speed_limit(transport_->speed());
   simulation_->set_pauses(true, true);
   begin_body(simulation_->mesh(), std::move(opened.shape));
   chart_->set_probes(chart_probes(scene.probe));
-  shown_body_ = simulation_->snapshot()->body;
+  shown_body_ = simulation_->peek()->body;
   scene_->set_simulation(simulation_.get(), std::move(opened.off));
+  if (!record_from_start_.isEmpty()) {
+    record_run(std::exchange(record_from_start_, {}), static_cast<int>(scene.output.every));
+  }
   update_title();
   update_actions();
   poll();

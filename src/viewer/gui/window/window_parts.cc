@@ -13,10 +13,8 @@
 #include "main_window.h"
 #include "viewer/gui/body/body_view.h"
 #include "viewer/gui/chart/live_chart.h"
-#include "viewer/gui/panels/control_panel.h"
 #include "viewer/gui/panels/drawing_panel.h"
 #include "viewer/gui/panels/vertex_panel.h"
-#include "viewer/gui/replay/replay_bar.h"
 #include "viewer/gui/scene/scene_panels.h"
 #include "viewer/gui/widgets/number_field.h"
 #include "viewer/gui/widgets/panel_area.h"
@@ -65,7 +63,6 @@ void MainWindow::make_docks() {
     return dock;
   };
   add(Qt::LeftDockWidgetArea, live(scene_->tree()), tr("Scene"), "dock_scene", false);
-  add(Qt::LeftDockWidgetArea, live(control_), tr("Run"), "dock_run", false);
   QDockWidget* inspector =
       add(Qt::RightDockWidgetArea, live(scene_->inspector()), tr("Inspector"), "dock_inspector");
   tabifyDockWidget(inspector,
@@ -109,16 +106,6 @@ void MainWindow::connect_panels() {
     end_refusal();
     leave_failure();
   });
-  connect(control_, &ControlPanel::run_wanted, this, [this] { run_->trigger(); });
-  connect(control_, &ControlPanel::step_wanted, this, [this] { step_->trigger(); });
-  connect(control_, &ControlPanel::restart_wanted, this, [this] { restart_->trigger(); });
-  connect(control_, &ControlPanel::steps_per_picture, this, [this](int steps) {
-    if (simulation_) simulation_->set_steps_per_snapshot(steps);
-  });
-  connect(control_, &ControlPanel::speed_limited, this, [this](double factor) {
-    if (simulation_) simulation_->set_speed_limit(factor);
-  });
-
   connect(vertex_, &VertexPanel::fix_wanted, this, [this] {
     if (fix_->isEnabled()) fix_->trigger();  // trigger() works for a disabled action, too
   });
@@ -154,17 +141,11 @@ void MainWindow::connect_panels() {
     }
   });
   const auto warn = [this](const QString& message) { show_refusal(message); };
-  connect(control_, &ControlPanel::refused, this, warn);
   connect(scene_, &ScenePanels::refused, this, warn);
   connect(vertex_, &VertexPanel::refused, this, warn);
   connect(drawing_, &DrawingPanel::refused, this, warn);
   connect(chart_, &LiveChart::message_ready, this,
           [this](const QString& message) { statusBar()->showMessage(message, 8000); });
-  connect(chart_, &LiveChart::time_clicked, this, [this](double time) {
-    if (replay_) replay_bar_->set_time(time);
-  });
-  connect(replay_bar_, &ReplayBar::frame_wanted, this,
-          [this](int frame) { show_frame(static_cast<std::size_t>(frame)); });
 }
 
 void MainWindow::connect_view() {
@@ -196,7 +177,7 @@ void MainWindow::connect_view() {
       select({vertex});
     }
     edits_->grab(selection_, vertex, exact);
-    if (!exact && !simulation_->snapshot()->running) {
+    if (!exact && !simulation_->peek()->running) {
       statusBar()->showMessage(tr("The spring pulls as soon as the simulation runs. With Alt the "
                                   "vertex itself is moved."),
                                8000);

@@ -4,24 +4,82 @@
 #include <QFileDialog>
 #include <QFileInfo>
 #include <QInputDialog>
+#include <QLabel>
+#include <QPainter>
+#include <QProcess>
+#include <QStandardPaths>
 #include <QStatusBar>
 #include <QThreadPool>
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <memory>
 #include <utility>
+#include <vector>
 
 #include "main_window.h"
 #include "tetraction/core/error.h"
 #include "tetraction/io/run_recorder.h"
 #include "tetraction/io/scene_writer.h"
 #include "viewer/gui/body/body_view.h"
-#include "viewer/gui/panels/control_panel.h"
+#include "viewer/gui/transport/transport_bar.h"
 
 namespace tetraction::viewer {
 namespace {
 
-constexpr int kMostWaiting = 16;  // largest number of pictures in the queue
+constexpr int kMostWaiting = 16;            // largest number of pictures in the queue
+constexpr double kRate = 25.0;              // pictures in a second of a film
+constexpr qint64 kMostBytes = 100'000'000;  // that wait for ffmpeg
+constexpr int kWaitForFilm_ms = 60'000;
+
+bool is_film(const QString& path) {
+  return path.endsWith(QLatin1String(".webm"), Qt::CaseInsensitive) ||
+         path.endsWith(QLatin1String(".mp4"), Qt::CaseInsensitive);
+}
+
+QString ffmpeg() {
+  return QStandardPaths::findExecutable(QStringLiteral("ffmpeg"));
+}
+
+// A process that makes a film of pictures of this size, which it reads as bytes of red, green and blue.
+std::unique_ptr<QProcess> start_film(const QString& path, const QSize& size, double rate) {
+  const bool is_webm = path.endsWith(QLatin1String(".webm"), Qt::CaseInsensitive);
+  auto process = std::make_unique<QProcess>();
+  process->setStandardOutputFile(QProcess::nullDevice());
+  process->setStandardErrorFile(QProcess::nullDevice());
+  process->start(ffmpeg(), {"-loglevel",
+                            "error",
+                            "-y",
+                            "-f",
+                            "rawvideo",
+                            "-pix_fmt",
+                            "rgb24",
+                            "-s",
+                            QStringLiteral("%1x%2").arg(size.width()).arg(size.height()),
+                            "-r",
+                            QString::number(rate, 'g', 6),
+                            "-i",
+                            "-",
+                            "-an",
+                            "-pix_fmt",
+                            "yuv420p",
+                            "-c:v",
+                            is_webm ? "libvpx-vp9" : "libx264",
+                            "-crf",
+                            is_webm ? "24" : "18",
+                            path});
+  process->waitForStarted();
+  return process;
+}
+
+// The middle of a picture, scaled such that it fills the size.
+QImage filling(const QImage& picture, const QSize& size) {
+  if (picture.size() == size) return picture;
+  const QImage scaled =
+      picture.scaled(size, Qt::KeepAspectRatioByExpanding, Qt::SmoothTransformation);
+  return scaled.copy(QRect(
+      QPoint((scaled.width() - size.width()) / 2, (scaled.height() - size.height()) / 2), size));
+}
 
 QString picture_path(const QString& folder, std::size_t number) {
   return QDir(folder).filePath(
@@ -36,8 +94,10 @@ QString ask_scene_path(QWidget* parent) {
 
 }  // namespace
 
-/// Pictures that are being written to the disk.
+/// Pictures that are being written to the disk, or to a film.
 struct PictureQueue {
+  QSize size;  // empty: that of the view
+  std::unique_ptr<QProcess> film{};
   std::atomic<int> waiting = 0;
   std::atomic<bool> failed = false;
 };
@@ -93,16 +153,43 @@ void MainWindow::ask_record_pictures(bool on) {
   }
 }
 
+// Asks for the file and the size of a film.
+void MainWindow::ask_record_film() {
+  const QString path = QFileDialog::getSaveFileName(
+      this, tr("Record a film"), QStringLiteral("film.webm"), tr("Films (*.webm *.mp4)"));
+  if (path.isEmpty()) return;
+  const std::vector<QSize> sizes{{}, {1280, 720}, {1920, 1080}, {3840, 2160}};
+  QStringList names{tr("as the view")};
+  for (std::size_t i = 1; i < sizes.size(); ++i) {
+    names += tr("%1 × %2").arg(sizes[i].width()).arg(sizes[i].height());
+  }
+  bool accepted = false;
+  const QString name =
+      QInputDialog::getItem(this, tr("Record a film"), tr("Size"), names, 0, false, &accepted);
+  if (!accepted) return;
+  record_pictures(is_film(path) ? path : path + QStringLiteral(".webm"),
+                  sizes[static_cast<std::size_t>(names.indexOf(name))]);
+}
+
 void MainWindow::stop_pictures() {
   if (picture_folder_.isEmpty()) {
     show_recording();
     return;
   }
   QThreadPool::globalInstance()->waitForDone();
+  if (QProcess* film = picture_queue_->film.get()) {
+    film->closeWriteChannel();
+    const bool ended = film->waitForFinished(kWaitForFilm_ms);
+    picture_queue_->failed = picture_queue_->failed || !ended || film->exitCode() != 0 ||
+                             film->exitStatus() != QProcess::NormalExit;
+  }
   const QString folder = std::exchange(picture_folder_, QString());
   if (simulation_) simulation_->set_picture_interval(0.0);
   show_recording();
-  if (picture_queue_->failed) {
+  if (picture_queue_->film && picture_queue_->failed) {
+    show_error(tr("%1: ffmpeg could not make the film. Choose another file, or record pictures.")
+                   .arg(folder));
+  } else if (picture_queue_->failed) {
     show_error(tr("%1: not all pictures could be written. Choose another folder.").arg(folder));
   } else {
     statusBar()->showMessage(tr("%1 pictures are in %2.").arg(pictures_recorded_).arg(folder),
@@ -125,34 +212,48 @@ void MainWindow::show_recording() {
   const QSignalBlocker quiet_run(record_run_);
   record_pictures_->setChecked(!picture_folder_.isEmpty());
   record_run_->setChecked(!run_folder_.isEmpty());
+  record_film_->setEnabled(picture_folder_.isEmpty() && !ffmpeg().isEmpty());
   QStringList what;
   if (!run_folder_.isEmpty()) what += tr("run");
-  if (!picture_folder_.isEmpty()) what += tr("pictures");
+  if (!picture_folder_.isEmpty()) what += is_film(picture_folder_) ? tr("film") : tr("pictures");
   status_recording_->setText(tr("● recording: %1").arg(what.join(QLatin1String(", "))));
   status_recording_->setToolTip(
       QStringList{run_folder_, picture_folder_}.join(QLatin1Char('\n')).trimmed());
   status_recording_->setVisible(!what.isEmpty());
+  view_->set_recording(!picture_folder_.isEmpty());
 }
 
-void MainWindow::record_pictures(const QString& folder) {
+void MainWindow::record_pictures(const QString& path, const QSize& size) {
   stop_pictures();
-  if (QFileInfo::exists(picture_path(folder, 1))) {
+  const bool film = is_film(path);
+  if (film && ffmpeg().isEmpty()) {
+    show_error(tr("%1: films need the program ffmpeg, which is not installed. Record pictures.")
+                   .arg(path));
+  } else if (!film && QFileInfo::exists(picture_path(path, 1))) {
     show_error(tr("%1: there are pictures in it already, which would be lost. Choose an empty "
                   "folder.")
-                   .arg(folder));
-  } else if (!QDir().mkpath(folder)) {
-    show_error(tr("%1: cannot be made. Choose another folder.").arg(folder));
+                   .arg(path));
+  } else if (!film && !QDir().mkpath(path)) {
+    show_error(tr("%1: cannot be made. Choose another folder.").arg(path));
   } else {
-    picture_folder_ = folder;
+    picture_folder_ = path;
     pictures_recorded_ = 0;
     picture_queue_ = std::make_shared<PictureQueue>();
+    picture_queue_->size = size;
     next_picture_ = -1.0;
+    double rate = kRate;
     if (simulation_) {
-      // Twenty-five pictures for a second of the film, at the speed that is set.
-      constexpr double kRate = 25.0;
-      const double speed = control_->speed_limit() > 0.0 ? control_->speed_limit() : 1.0;
+      // At the speed that is set. Longer steps have a picture each.
+      const double speed = transport_->speed() > 0.0 ? transport_->speed() : 1.0;
       picture_interval_ = std::max(speed / kRate, simulation_->settings().time.step);
+      rate = speed / picture_interval_;
       simulation_->set_picture_interval(picture_interval_);
+    }
+    if (film) {
+      // Films need even numbers of pixels.
+      const QSize all = size.isEmpty() ? view_->picture().size() : size;
+      picture_queue_->size = QSize(all.width() & ~1, all.height() & ~1);
+      picture_queue_->film = start_film(path, picture_queue_->size, rate);
     }
   }
   show_recording();
@@ -166,7 +267,20 @@ void MainWindow::record_picture() {
     if (number == next_picture_) return;
     next_picture_ = number;
   }
-  auto save = [image = view_->picture(), queue = picture_queue_,
+  const QSize& size = picture_queue_->size;
+  const QImage picture = size.isEmpty() ? view_->picture() : filling(view_->picture(size), size);
+  if (QProcess* film = picture_queue_->film.get()) {
+    const QImage rgb = picture.convertToFormat(QImage::Format_RGB888);
+    for (int y = 0; y < rgb.height(); ++y) {
+      film->write(reinterpret_cast<const char*>(rgb.constScanLine(y)), 3 * rgb.width());
+    }
+    while (film->bytesToWrite() > kMostBytes && film->waitForBytesWritten()) {
+    }
+    ++pictures_recorded_;
+    if (film->state() == QProcess::NotRunning) picture_queue_->failed = true;
+    return;
+  }
+  auto save = [image = picture, queue = picture_queue_,
                path = picture_path(picture_folder_, ++pictures_recorded_)] {
     if (!image.save(path)) queue->failed = true;
     --queue->waiting;
