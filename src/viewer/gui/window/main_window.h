@@ -201,7 +201,6 @@ class MainWindow : public QMainWindow {
   QString run_folder_;  // empty if the run is not recorded
   QString record_from_start_;
   bool asks_ = true;  // before edits are lost
-  bool shows_running_ = false;
 
   BodyView* view_;
   MessageStrip* messages_;

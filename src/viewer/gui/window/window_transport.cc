@@ -37,8 +37,8 @@ void MainWindow::connect_transport() {
 }
 
 void MainWindow::show_running(bool running) {
-  if (running == shows_running_ && !run_->icon().isNull()) return;
-  shows_running_ = running;
+  if (run_->data().isValid() && run_->data().toBool() == running) return;
+  run_->setData(running);
   run_->setIcon(style()->standardIcon(running ? QStyle::SP_MediaPause : QStyle::SP_MediaPlay));
   run_->setToolTip(running ? tr("Pause (Space)") : tr("Run (Space)"));
 }
