@@ -37,6 +37,8 @@ void MainWindow::connect_transport() {
 }
 
 void MainWindow::show_running(bool running) {
+  if (run_->data().isValid() && run_->data().toBool() == running) return;
+  run_->setData(running);
   run_->setIcon(icon(running ? Icon::kPause : Icon::kRun));
   run_->setToolTip(running ? tr("Pause (Space)") : tr("Run (Space)"));
 }
