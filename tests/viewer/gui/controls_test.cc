@@ -38,13 +38,13 @@ TEST_F(Controls, StepAndRestartByKeyAndButton) {
   show(quiet_beam());
   press_and_settle(Qt::Key_S);
   EXPECT_EQ(state().step, 1);
-  push("step");
+  push("bar_step");
   EXPECT_EQ(state().step, 2);
   press_and_settle(Qt::Key_R);
   EXPECT_EQ(state().step, 0);
-  QTest::mouseClick(find<QAbstractButton>("run"), Qt::LeftButton);
+  QTest::mouseClick(find<QAbstractButton>("bar_run"), Qt::LeftButton);
   EXPECT_TRUE(wait_for([&] { return state().step > 1; }));
-  push("restart");
+  push("bar_restart");
   EXPECT_EQ(state().step, 0);
   EXPECT_FALSE(state().running);
 }

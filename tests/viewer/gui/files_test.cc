@@ -302,7 +302,7 @@ TEST_F(Files, ProbesOfARunAreReplayed) {
   EXPECT_EQ(replay.history().back().probes, last);
   open(QString::fromStdString(directory));
   ASSERT_NE(window_->replay(), nullptr) << window_->messages()->text().toStdString();
-  EXPECT_EQ(find<QTabBar>("chart_tabs")->count(), 6);
+  EXPECT_EQ(find<QTabBar>("chart_tabs")->count(), 7);
   // Without the summary, as after a run that was killed, each column is shown alone.
   ASSERT_TRUE(QFile::remove(QString::fromStdString(directory + "/summary.json")));
   EXPECT_EQ(Replay(directory).probes().size(), 4U);
@@ -481,7 +481,7 @@ TEST_F(Files, AnEquilibriumIsReplayedOverTheLoadFactor) {
   RunRecorder recorder(directory, 1);
   session.run({&recorder});
   show(quiet_beam());
-  ASSERT_EQ(find<QTabBar>("chart_tabs")->count(), 5);
+  ASSERT_EQ(find<QTabBar>("chart_tabs")->count(), 6);
   open(QString::fromStdString(directory));
   ASSERT_NE(window_->replay(), nullptr) << window_->messages()->text().toStdString();
   EXPECT_EQ(window_->replay()->kind(), RunKind::kEquilibrium);

@@ -108,7 +108,7 @@ TEST_F(Keyboard, DigitsChooseTools) {
     }
   }
   // From a button, too; in a field they are digits.
-  press_key_in("run", Qt::Key_3);
+  press_key_in("bar_run", Qt::Key_3);
   EXPECT_EQ(window_->body_view()->tool(), Tool::kMove);
   show_entry("time");
   NumberField* field = number_field("step");

@@ -16,11 +16,11 @@ void MainWindow::connect_transport() {
   step_->setIcon(icon(Icon::kStep));
   record_run_->setIcon(icon(Icon::kRecord));
   show_running(false);
-  transport_->add_buttons({{"restart", restart_},
-                           {"back", back_},
-                           {"run", run_},
-                           {"step", step_},
-                           {"record", record_run_},
+  transport_->add_buttons({{"bar_restart", restart_},
+                           {"bar_back", back_},
+                           {"bar_run", run_},
+                           {"bar_step", step_},
+                           {"bar_record", record_run_},
                            {"continue_here", continue_}});
   connect(transport_, &TransportBar::playing_changed, this, &MainWindow::show_running);
   connect(transport_, &TransportBar::frame_wanted, this, &MainWindow::show_frame);
