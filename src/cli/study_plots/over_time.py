@@ -114,7 +114,9 @@ def conserved(run, letter):
     scene = summary_of(run).get("scene")
     if not isinstance(scene, dict) or not scene:
         return None
-    if any(value for key, value in scene.items() if key not in INNER):
+    if any(value for key, value in scene.items() if key not in (*INNER, "pull")):
+        return None
+    if (scene.get("pull") or {}).get("vertices"):
         return None
     damping = scene.get("damping") or {}
     # Viscosity acts between the vertices, and takes no momentum.
