@@ -13,9 +13,12 @@
 namespace tetraction {
 namespace {
 
-// "Mass damping" for mass_damping.
+// "Mass damping" for mass_damping, "Young's modulus" for youngs_modulus.
 std::string in_words(std::string name) {
   std::replace(name.begin(), name.end(), '_', ' ');
+  for (const std::string_view person : {"youngs ", "poissons "}) {
+    if (name.starts_with(person)) name.insert(person.size() - 2, "'");
+  }
   if (!name.empty()) name[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(name[0])));
   return name;
 }
@@ -71,21 +74,39 @@ bool has_effect(const OwnedKey& key) {
   return kind != EnvironmentKind::kNone;
 }
 
+// The parameter of its model that a key is, or null.
+const MaterialParameter* parameter_of_model(const OwnedKey& key) {
+  if (key.section->type != typeid(MaterialSettings)) return nullptr;
+  const auto& material = *static_cast<const MaterialSettings*>(key.settings);
+  const MaterialChoice* choice = find_material(material.model);
+  if (choice == nullptr) return nullptr;
+  const std::string_view name = key.key->info.name;
+  for (const auto* list : {&choice->parameters, &choice->instead}) {
+    for (const MaterialParameter& parameter : *list) {
+      if (name == parameter.name) return &parameter;
+    }
+  }
+  return nullptr;
+}
+
 // Only the parameters of its model have a meaning.
 bool belongs_to_model(const OwnedKey& key) {
   if (key.section->type != typeid(MaterialSettings)) return true;
   const auto& material = *static_cast<const MaterialSettings*>(key.settings);
-  const MaterialChoice* choice = find_material(material.model);
-  const std::string_view name = key.key->info.name;
-  const auto has_name = [&](const MaterialParameter& p) { return name == p.name; };
   const std::vector<MaterialParameter>& all = material_parameters();
-  if (choice == nullptr || std::none_of(all.begin(), all.end(), has_name)) return true;
-  return std::any_of(choice->parameters.begin(), choice->parameters.end(), has_name) ||
-         std::any_of(choice->instead.begin(), choice->instead.end(), has_name);
+  const auto has_name = [&](const MaterialParameter& p) {
+    return std::string_view(key.key->info.name) == p.name;
+  };
+  return find_material(material.model) == nullptr || parameter_of_model(key) != nullptr ||
+         std::none_of(all.begin(), all.end(), has_name);
 }
 
 FieldKind plain_kind(const OwnedKey& key, const Json& value) {
   const std::string type = key.key->value->type();
+  const MaterialParameter* parameter = parameter_of_model(key);
+  if (parameter != nullptr && parameter->most_entries == 0 && !value.is_structured()) {
+    return FieldKind::kNumber;
+  }
   if (type == "number" || (type == "number or array" && !value.is_object())) {
     return FieldKind::kNumber;
   }

@@ -261,7 +261,8 @@ void SolverThread::set_up(const Scene& scene, const std::string& what) {
   ++run_changes_;
   limit_memory();
   notices_.push_back(
-      {Notice::Kind::kNote, "Set up again: " + what + ". The run is at its start.", "set up"});
+      {Notice::Kind::kNote, "Set up again: " + what + ". The run is at its start.", kSetUpCause});
+  told_set_up_ = true;
 }
 
 void SolverThread::undo() {

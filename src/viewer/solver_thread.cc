@@ -386,8 +386,10 @@ void SolverThread::carry_out(Task& task) {
       return;
     case Task::Kind::kCommand:
       snapshot_due_ = true;
+      if (std::holds_alternative<Publish>(task.command)) return;
+      if (std::exchange(told_set_up_, false)) end_causes(*shared_.lock(), {kSetUpCause});
       std::visit([this](auto& specific) { execute(specific); }, task.command);
-      if (!std::holds_alternative<Publish>(task.command)) end_refusal();
+      end_refusal();
       return;
     case Task::Kind::kPublish:
       publish();

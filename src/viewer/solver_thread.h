@@ -23,6 +23,9 @@ namespace tetraction::viewer {
 
 class SolverThread;
 
+/// Notice::cause of the note about set_up(). The next command ends it.
+inline constexpr const char* kSetUpCause = "set up";
+
 // Commands from the window.
 struct Action {
   std::function<void(SolverThread&)> act;
@@ -201,6 +204,7 @@ class SolverThread {
   std::size_t run_changes_ = 0;  // those that are not counted as edits yet
   int set_ups_ = 0;              // those that are not published yet
   std::vector<Notice> notices_;  // for the next snapshot
+  bool told_set_up_ = false;     // whether the last command was a set-up, which the user was told
   bool refused_ = false;         // whether the last command was refused
   EnergyWatch energy_;
   Pause pause_ = Pause::kNone;

@@ -155,6 +155,14 @@ TEST_F(SceneEditing, FieldsHaveWhatTheTablesSay) {
   EXPECT_EQ(drag->unit, "kg/s per vertex");
   EXPECT_EQ(drag->usual, 1.0);
   EXPECT_EQ(drag->standard, 0.0);
+  // Other models have lists of them.
+  for (const Field& field : editor_->fields({"material"})) {
+    if (field.name() == "mu") {
+      EXPECT_EQ(field.kind, FieldKind::kNumber);
+    } else if (field.name() == "youngs_modulus") {
+      EXPECT_EQ(field.title, "Young's modulus");
+    }
+  }
   const std::vector<Field> mesh = editor_->fields({"mesh"});
   const auto generate = std::find_if(
       mesh.begin(), mesh.end(), [](const Field& field) { return field.path.back() == "generate"; });
@@ -283,6 +291,17 @@ TEST_F(SceneEditing, EntriesThatAreOffAreSaved) {
   EXPECT_EQ(simulation_->settings().loads.force.size(), 2U);
   EXPECT_EQ(simulation_->settings().loads.force[0].amplitude, "ramp");
   EXPECT_TRUE(off_entries_in("#: [[no_section]]\n#: a = 1\n#: = \n").empty());
+}
+
+TEST_F(SceneEditing, TheNoteOfASetUpGoesWithTheNextCommand) {
+  EXPECT_EQ(editor_->change({Kind::kSet, {"material"}, {"density"}, 2000.0}), "");
+  settle(*simulation_);
+  const std::vector<Notice> notices = simulation_->take_notices();
+  ASSERT_EQ(notices.size(), 1U);
+  EXPECT_EQ(notices[0].kind, Notice::Kind::kNote);
+  simulation_->take_ended_causes();
+  make_steps(*simulation_, 1);
+  EXPECT_EQ(simulation_->take_ended_causes(), std::vector<std::string>{notices[0].cause});
 }
 
 TEST_F(SceneEditing, AnEditAfterAnUndoneSetUpEndsItsRedo) {

@@ -341,10 +341,15 @@ SceneEditor::Prepared SceneEditor::prepare(const SceneChange& change) const {
   return {std::nullopt, std::move(changed.scene)};
 }
 
-std::string SceneEditor::change(SceneChange change, bool continues_previous) {
+std::string SceneEditor::change(const SceneChange& change, bool continues_previous) {
+  if (scene_.is_null()) return "A scene file cannot hold this scene.";
+  return change_as(change, description_of(change, scene_), continues_previous);
+}
+
+std::string SceneEditor::change_as(const SceneChange& change, const std::string& what,
+                                   bool continues_previous) {
   if (simulation_.is_setting_up()) return "The run is being set up again. Please wait.";
   try {
-    const std::string what = description_of(change, scene_);
     Prepared prepared = prepare(change);
     if (prepared.edit) {
       simulation_.edit(std::move(*prepared.edit), what, continues_previous);
@@ -390,7 +395,11 @@ std::string SceneEditor::switch_off(const EntryPlace& place) {
   OffEntry entry{place.section, {}, table_of(tables, place)};
   entry.label =
       place.section == kSelections ? name_of_entry(scene_, place) : text_of_entry(entry.table);
-  std::string refusal = change({SceneChange::Kind::kRemove, place});
+  const SceneChange removal{SceneChange::Kind::kRemove, place};
+  std::string what = description_of(removal, scene_);
+  const std::string deleted = "deleted";
+  what.replace(what.size() - deleted.size(), deleted.size(), "switched off");
+  std::string refusal = change_as(removal, what);
   if (refusal.empty()) off_.push_back(std::move(entry));
   return refusal;
 }

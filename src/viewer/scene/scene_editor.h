@@ -29,7 +29,7 @@ class SceneEditor {
 
   /// Makes a change. Returns why it is not possible; otherwise an empty text. A simulation may still refuse it later:
   /// then there is a notice, or Simulation::take_refusal(). `continues_previous`: see Simulation::edit().
-  std::string change(SceneChange change, bool continues_previous = false);
+  std::string change(const SceneChange& change, bool continues_previous = false);
   std::string duplicate(const EntryPlace& place);
   std::string remove(const EntryPlace& place);
   /// Whether the change sets up the run again. No value if it is not possible.
@@ -46,6 +46,8 @@ class SceneEditor {
   bool is_off(const OffEntry& entry) const;
 
  private:
+  std::string change_as(const SceneChange& change, const std::string& what,
+                        bool continues_previous = false);
   struct Prepared {
     std::optional<Edit> edit;
     Scene scene;  // if there is no edit

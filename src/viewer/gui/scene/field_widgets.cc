@@ -1,5 +1,4 @@
 // The widgets of a FieldForm.
-#include <QAction>
 #include <QCheckBox>
 #include <QComboBox>
 #include <QFileDialog>
@@ -184,12 +183,21 @@ QWidget* FieldForm::make_text(const Field& field, Row& row) {
     if (!line->isModified() && line->text() != now) line->setText(now);
   };
   if (field.kind != FieldKind::kFile) return line;
-  line->addAction(style()->standardIcon(QStyle::SP_DirOpenIcon), QLineEdit::TrailingPosition);
-  connect(line->actions().constLast(), &QAction::triggered, this, [this, own] {
+  line->setObjectName(from_utf8(field.name()));
+  auto* both = new QWidget;
+  auto* pair = new QHBoxLayout(both);
+  pair->setContentsMargins(0, 0, 0, 0);
+  pair->addWidget(line, 1);
+  auto* choose = new QToolButton;
+  choose->setIcon(style()->standardIcon(QStyle::SP_DirOpenIcon));
+  choose->setToolTip(tr("Choose a file"));
+  choose->setFocusPolicy(Qt::TabFocus);
+  pair->addWidget(choose);
+  connect(choose, &QToolButton::clicked, this, [this, own] {
     const QString file = QFileDialog::getOpenFileName(this, from_utf8(own.title));
     if (!file.isEmpty()) change(own.path, file.toStdString());
   });
-  return line;
+  return both;
 }
 
 // The kinds of selections, the named ones and the groups of the mesh file, and the selected vertices.

@@ -19,7 +19,7 @@ constexpr int kIsList = Qt::UserRole + 3;
 
 // An eye, a crossed one, or a plus.
 enum class Sign { kOpenEye, kShutEye, kAdd };
-QIcon icon(Sign sign, const QColor& color) {
+QPixmap picture(Sign sign, const QColor& color) {
   constexpr int kSize = 32;
   QPixmap pixmap(kSize, kSize);
   pixmap.fill(Qt::transparent);
@@ -36,7 +36,13 @@ QIcon icon(Sign sign, const QColor& color) {
     painter.drawEllipse(QPoint(16, 16), 4, 4);
     if (sign == Sign::kShutEye) painter.drawLine(6, 26, 26, 6);
   }
-  return QIcon(pixmap);
+  return pixmap;
+}
+
+QIcon icon(Sign sign, const QPalette& palette) {
+  QIcon both(picture(sign, palette.color(QPalette::Text)));
+  both.addPixmap(picture(sign, palette.color(QPalette::HighlightedText)), QIcon::Selected);
+  return both;
 }
 
 bool same(const std::vector<OutlineGroup>& a, const std::vector<OutlineGroup>& b) {
@@ -100,7 +106,6 @@ void SceneTree::show_scene(const SceneEditor& editor) {
   shown_ = std::move(groups);
   shown_off_ = std::move(off);
   clear();
-  const QColor color = palette().color(QPalette::Text);
   for (const OutlineGroup& group : shown_) {
     auto* top = new QTreeWidgetItem(this, {from_utf8(group.title)});
     top->setData(0, kSection, from_utf8(group.section));
@@ -109,7 +114,7 @@ void SceneTree::show_scene(const SceneEditor& editor) {
     top->setData(0, kIsList, group.is_list);
     top->setToolTip(0, from_utf8(group.title));
     if (!group.is_list) continue;
-    top->setIcon(1, icon(Sign::kAdd, color));
+    top->setIcon(1, icon(Sign::kAdd, palette()));
     top->setToolTip(1, tr("Add"));
     const auto add = [&](const std::string& label, int number, int switched_off) {
       auto* item = new QTreeWidgetItem(top, {from_utf8(label)});
@@ -119,7 +124,7 @@ void SceneTree::show_scene(const SceneEditor& editor) {
       item->setData(0, kIsList, true);
       item->setToolTip(0, from_utf8(label));
       const bool is_off = switched_off >= 0;
-      item->setIcon(1, icon(is_off ? Sign::kShutEye : Sign::kOpenEye, color));
+      item->setIcon(1, icon(is_off ? Sign::kShutEye : Sign::kOpenEye, palette()));
       item->setToolTip(1, is_off ? tr("Switch on") : tr("Switch off"));
       if (is_off) item->setForeground(0, palette().color(QPalette::Disabled, QPalette::Text));
       if (may_rename(*item)) item->setFlags(item->flags() | Qt::ItemIsEditable);
@@ -194,6 +199,11 @@ void SceneTree::use_second_column(QTreeWidgetItem* item) {
   } else {
     emit off_wanted();
   }
+}
+
+void SceneTree::changeEvent(QEvent* event) {
+  if (event->type() == QEvent::PaletteChange) shown_.clear();  // the signs get other colours
+  QTreeWidget::changeEvent(event);
 }
 
 void SceneTree::keyPressEvent(QKeyEvent* event) {

@@ -39,6 +39,7 @@ class SceneTree : public QTreeWidget {
   void forget_wanted(int off);
 
  protected:
+  void changeEvent(QEvent* event) override;
   void keyPressEvent(QKeyEvent* event) override;
   void contextMenuEvent(QContextMenuEvent* event) override;
 

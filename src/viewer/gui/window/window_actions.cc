@@ -30,7 +30,7 @@ namespace tetraction::viewer {
 namespace {
 
 constexpr int kRecentFiles = 8;
-constexpr int kPanelWidth = 345;   // of a new window, pixels
+constexpr int kTreeWidth = 216;    // of a new window, pixels
 constexpr int kChartHeight = 240;  // of a new window, pixels
 
 }  // namespace
@@ -375,7 +375,7 @@ void MainWindow::restore_window() {
   apply_theme(stored_theme());
   const QSize room = QGuiApplication::primaryScreen()->availableSize();
   resize(first_size());
-  resizeDocks({findChild<QDockWidget*>(QStringLiteral("dock_scene"))}, {kPanelWidth},
+  resizeDocks({findChild<QDockWidget*>(QStringLiteral("dock_scene"))}, {kTreeWidth},
               Qt::Horizontal);
   resizeDocks({findChild<QDockWidget*>(QStringLiteral("dock_charts"))}, {kChartHeight},
               Qt::Vertical);
