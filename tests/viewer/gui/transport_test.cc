@@ -72,7 +72,7 @@ TEST_F(Transport, TheTimeIsShownWithItsUnit) {
   const QString text = find<QLabel>("time")->text();
   EXPECT_TRUE(text.endsWith(QStringLiteral(" s"))) << text.toStdString();
   EXPECT_NEAR(text.section(QLatin1Char(' '), 0, 0).toDouble(), state().time, 1e-4);
-  EXPECT_GT(find<QLabel>("time")->font().pointSizeF(), 1.3 * window_->font().pointSizeF());
+  EXPECT_GT(find<QLabel>("time")->fontMetrics().height(), 1.3 * window_->fontMetrics().height());
 }
 
 TEST_F(Transport, AClickOnTheChartOfALiveRunGoesThere) {

@@ -16,6 +16,7 @@ namespace tetraction::viewer {
 namespace {
 
 constexpr int kGap = 8;
+constexpr int kTimeSize = 22;             // of the figures, pixels
 constexpr int kTick_ms = 20;              // of a replay
 constexpr double kUsualDuration_s = 5.0;  // of a replay at the speed that is chosen for it
 
@@ -52,7 +53,7 @@ TransportBar::TransportBar(QWidget* parent)
   column->addLayout(row);
 
   QFont large = font();
-  large.setPointSizeF(1.5 * large.pointSizeF());
+  large.setPixelSize(kTimeSize);
   time_->setFont(large);
   time_->setObjectName(QStringLiteral("time"));
   time_->setAlignment(Qt::AlignRight | Qt::AlignVCenter);
