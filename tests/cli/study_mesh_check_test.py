@@ -71,7 +71,7 @@ TABLE = {
     "a body force": (tables(body_force=[dict(select={"all": True}, acceleration=[1.0, 0.0, 0.0])]), None),
     "a pull of a vertex": ("[pull]\nvertices = [8]\nstiffness = 5.0\n", None),
     "a pull of vertices": ("[pull]\nvertices = [8, 17]\nstiffness = 5.0\n", "selected by their numbers"),
-    "a pull in an event": (event(**{"pull.vertices": [8, 17], "pull.stiffness": 5.0}), "selected by their numbers"),
+    "a pull in an event": (event(set={"pull.vertices": [8, 17], "pull.stiffness": 5.0}), "selected by their numbers"),
     "vertices held by number": (tables(fix=[dict(select=ENDS, components="z")]), "selected by their numbers"),
     "a named selection by number": ("[selection.end]\nvertices = [8, 17]\n" +
                                     tables(fix=[dict(select="end", components="z")]), "selected by their numbers"),
