@@ -1,6 +1,7 @@
 // Panels, charts and the picture at the sizes of real screens.
 #include <QComboBox>
 #include <QDir>
+#include <QDockWidget>
 #include <QScreen>
 #include <QScrollArea>
 #include <QScrollBar>
@@ -217,6 +218,23 @@ TEST_F(Layout, AReplayHasASpeedALoopAndAChartToClick) {
     return wrapped;
   }));
   EXPECT_TRUE(bar->playing());
+}
+
+TEST_F(Layout, ThePictureHasMostOfTheWidth) {
+  show(quiet_beam());
+  QString widths;
+  for (QDockWidget* dock : window_->findChildren<QDockWidget*>()) {
+    widths +=
+        QStringLiteral(" %1 %2,").arg(dock->objectName()).arg(dock->minimumSizeHint().width());
+  }
+  const int before = window_->body_view()->width();
+  EXPECT_GE(before, 0.6 * window_->width()) << widths.toStdString();
+  // It stays where it is under the mouse, whatever the panels tell.
+  for (const Vector3& place : {Vector3(1.2, 0.3, 0.3), Vector3(0.0, 0.3, 0.3)}) {
+    window_->select({nearest(place)});
+    settle();
+    EXPECT_EQ(window_->body_view()->width(), before);
+  }
 }
 
 TEST_F(Layout, PicturesAreEquallySpacedInSimulatedTime) {

@@ -81,11 +81,10 @@ DrawingPanel::DrawingPanel(QWidget* parent) : QWidget(parent) {
   auto* looks = new QHBoxLayout;
   add_check(looks, tr("Smooth"), "smooth", tr("Shade the surface as a curved one"),
             &DrawingSettings::smooth);
-  looks->addWidget(add_choice(
-      "antialiasing", tr("Smooth edges of the picture"),
-      {tr("Antialiasing with a graphics card"), tr("No antialiasing"), tr("Antialiasing")},
-      &DrawingSettings::antialiasing));
   body->addRow(looks);
+  body->addRow(tr("Antialiasing"), add_choice("antialiasing", tr("Smooth edges of the picture"),
+                                              {tr("with a graphics card"), tr("off"), tr("on")},
+                                              &DrawingSettings::antialiasing));
   add_slider(body, tr("Opacity"), "opacity",
              tr("Look through the surface; slow without a graphics card"), 10, 100, 0.01,
              &DrawingSettings::opacity);

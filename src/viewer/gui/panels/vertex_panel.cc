@@ -82,6 +82,10 @@ VertexPanel::VertexPanel(QWidget* parent) : QWidget(parent) {
   state->addRow(speed_);
   state->addRow(new QLabel(tr("Reaction, all together"), this));
   state->addRow(reaction_);
+  for (QLabel* label : {held_, speed_, reaction_}) {  // whose texts must not move the picture
+    label->setWordWrap(true);
+    label->setSizePolicy(QSizePolicy::Ignored, QSizePolicy::Preferred);
+  }
   auto* arrows = add_group(column, tr("Arrows pulled with the mouse"));
   force_scale_ =
       new NumberField(tr("Force of an arrow of 1 m"), tr("N/m"), {0.0, 1e15, false}, this);

@@ -80,7 +80,7 @@ QSize NumberField::sizeHint() const {
 
 QSize NumberField::minimumSizeHint() const {
   QSize size = QLineEdit::minimumSizeHint();
-  size.setWidth(fontMetrics().horizontalAdvance(QStringLiteral("-0.000e-00")) + 12 +
+  size.setWidth(fontMetrics().horizontalAdvance(QStringLiteral("-0.0e-00")) + 12 +
                 textMargins().right());
   return size;
 }
