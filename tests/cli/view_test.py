@@ -51,6 +51,8 @@ class ViewTest(BeamTest):
                 out = f"out{number}"
                 window = self.view(f"--record {out}")  # the first scene runs
                 self.wait_for(lambda: self.rows(out, "history.csv") > 30, window)
+                with open(f"/proc/{window.pid}/environ", "rb") as environment:
+                    self.assertIn(b"OMP_WAIT_POLICY=", environment.read())
                 self.end(window, number)
                 self.assertGreater(len(self.check_run(out)), 30)
                 self.assertGreater(len(os.listdir(self.path(out, "frames"))), 3)
