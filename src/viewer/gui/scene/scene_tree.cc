@@ -71,7 +71,7 @@ SceneTree::SceneTree(QWidget* parent) : QTreeWidget(parent) {
   header()->setMinimumSectionSize(24);
   header()->resizeSection(1, 28);
   setTextElideMode(Qt::ElideRight);
-  setMinimumWidth(176);
+  setMinimumWidth(144);
   connect(this, &QTreeWidget::currentItemChanged, this, [this] {
     if (filling_) return;
     to_choose_.reset();

@@ -57,7 +57,7 @@ TransportBar::TransportBar(QWidget* parent)
   time_->setFont(large);
   time_->setObjectName(QStringLiteral("time"));
   time_->setAlignment(Qt::AlignRight | Qt::AlignVCenter);
-  time_->setMinimumWidth(time_->fontMetrics().horizontalAdvance(QStringLiteral("000.000000 s")));
+  time_->setMinimumWidth(time_->fontMetrics().horizontalAdvance(QStringLiteral("0.000000 s")));
   details_->setObjectName(QStringLiteral("transport_details"));
   details_->setMinimumWidth(fontMetrics().horizontalAdvance(QStringLiteral("step 0000000")));
   details_->setToolTip(tr("Steps, and simulated seconds in a second of wall clock"));

@@ -80,7 +80,7 @@ QSize NumberField::sizeHint() const {
 
 QSize NumberField::minimumSizeHint() const {
   QSize size = QLineEdit::minimumSizeHint();
-  size.setWidth(fontMetrics().horizontalAdvance(QStringLiteral("-0.000e-00")) + 12 +
+  size.setWidth(fontMetrics().horizontalAdvance(QStringLiteral("-0.0e-00")) + 12 +
                 textMargins().right());
   return size;
 }
@@ -264,7 +264,7 @@ NumberSlider::NumberSlider(NumberField* field, double low, double high, QWidget*
   layout->addWidget(field_, 2);
   slider_->setRange(0, kSliderSteps);
   slider_->setPageStep(kSliderSteps / 20);
-  slider_->setMinimumWidth(70);
+  slider_->setMinimumWidth(40);
   slider_->setAccessibleName(field_->what());
   slider_->setToolTip(field_->toolTip());
   setFocusProxy(field_);

@@ -17,7 +17,7 @@ class PanelArea : public QScrollArea {
     setFrameShape(QFrame::NoFrame);
   }
   QSize minimumSizeHint() const override {
-    constexpr int kWidest = 420;
+    constexpr int kWidest = 296;
     const int content = widget() != nullptr ? widget()->minimumSizeHint().width() : 0;
     const int width = content + verticalScrollBar()->sizeHint().width() + 4;
     return {std::min(width, kWidest), QScrollArea::minimumSizeHint().height()};

@@ -30,7 +30,8 @@ namespace tetraction::viewer {
 namespace {
 
 constexpr int kRecentFiles = 8;
-constexpr int kTreeWidth = 216;    // of a new window, pixels
+constexpr int kTreeWidth = 216;  // of a new window, pixels
+constexpr int kInspectorWidth = 360;
 constexpr int kChartHeight = 240;  // of a new window, pixels
 
 }  // namespace
@@ -375,8 +376,9 @@ void MainWindow::restore_window() {
   apply_theme(stored_theme());
   const QSize room = QGuiApplication::primaryScreen()->availableSize();
   resize(first_size());
-  resizeDocks({findChild<QDockWidget*>(QStringLiteral("dock_scene"))}, {kTreeWidth},
-              Qt::Horizontal);
+  resizeDocks({findChild<QDockWidget*>(QStringLiteral("dock_scene")),
+               findChild<QDockWidget*>(QStringLiteral("dock_inspector"))},
+              {kTreeWidth, kInspectorWidth}, Qt::Horizontal);
   resizeDocks({findChild<QDockWidget*>(QStringLiteral("dock_charts"))}, {kChartHeight},
               Qt::Vertical);
   first_layout_ = saveState();
