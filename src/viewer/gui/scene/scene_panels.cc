@@ -42,6 +42,7 @@ ScenePanels::ScenePanels(QWidget* parent)
   limit->setContentsMargins(0, 0, 0, 0);
   limit->addWidget(new QLabel(tr("Stability limit")));
   limit_ = new QLabel;
+  limit_->setWordWrap(true);
   limit_->setObjectName(QStringLiteral("limit"));
   limit_->setToolTip(tr("Largest stable step of the explicit rules, 2/ω_max, estimated now"));
   limit->addWidget(limit_, 1);

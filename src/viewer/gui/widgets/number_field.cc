@@ -264,7 +264,7 @@ NumberSlider::NumberSlider(NumberField* field, double low, double high, QWidget*
   layout->addWidget(field_, 2);
   slider_->setRange(0, kSliderSteps);
   slider_->setPageStep(kSliderSteps / 20);
-  slider_->setMinimumWidth(70);
+  slider_->setMinimumWidth(40);
   slider_->setAccessibleName(field_->what());
   slider_->setToolTip(field_->toolTip());
   setFocusProxy(field_);
