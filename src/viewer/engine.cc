@@ -6,10 +6,10 @@
 #include <limits>
 #include <utility>
 
-#include "event_edits.h"
 #include "simulation/stepping/step_strategy.h"
 #include "snapshot_maker.h"
 #include "tetraction/core/error.h"
+#include "viewer/edits/event_edits.h"
 
 namespace tetraction::viewer {
 namespace {

@@ -8,13 +8,13 @@
 #include <string>
 #include <vector>
 
-#include "edit_history.h"
 #include "kept_states.h"
-#include "numbering.h"
 #include "recording.h"
 #include "simulation.h"
-#include "spring_drag.h"
-#include "vertex_drag.h"
+#include "viewer/drags/spring_drag.h"
+#include "viewer/drags/vertex_drag.h"
+#include "viewer/edits/edit_history.h"
+#include "viewer/edits/numbering.h"
 
 namespace tetraction::viewer {
 

@@ -6,9 +6,9 @@
 #include <string>
 #include <utility>
 
-#include "edit_history.h"
-#include "numbering.h"
 #include "tetraction/mesh/selection.h"
+#include "viewer/edits/edit_history.h"
+#include "viewer/edits/numbering.h"
 
 namespace tetraction::viewer {
 namespace {

@@ -5,10 +5,10 @@
 #include <memory>
 #include <vector>
 
-#include "numbering.h"
 #include "tetraction/dynamics/balance.h"
 #include "tetraction/dynamics/state.h"
 #include "tetraction/simulation/run_settings.h"
+#include "viewer/edits/numbering.h"
 
 namespace tetraction::viewer {
 

@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
-#include "event_edits.h"
+#include "viewer/edits/event_edits.h"
 
 namespace tetraction::viewer {
 namespace {

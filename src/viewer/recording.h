@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "numbering.h"
 #include "simulation.h"
 #include "tetraction/simulation/session.h"
+#include "viewer/edits/numbering.h"
 
 namespace tetraction::viewer {
 

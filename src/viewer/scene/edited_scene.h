@@ -8,8 +8,8 @@
 
 #include "tetraction/mesh/tet_mesh.h"
 #include "tetraction/simulation/scene.h"
-#include "viewer/edit_history.h"
-#include "viewer/numbering.h"
+#include "viewer/edits/edit_history.h"
+#include "viewer/edits/numbering.h"
 
 namespace tetraction::viewer {
 

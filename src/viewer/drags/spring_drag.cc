@@ -7,7 +7,7 @@
 #include <limits>
 #include <utility>
 
-#include "snapshot_maker.h"
+#include "viewer/snapshot_maker.h"
 
 namespace tetraction::viewer {
 namespace {

@@ -2,7 +2,7 @@
 // not put back settings that the user has changed.
 #pragma once
 
-#include "simulation.h"
+#include "viewer/simulation.h"
 
 namespace tetraction::viewer {
 

@@ -7,8 +7,8 @@
 #include <limits>
 #include <utility>
 
-#include "snapshot_maker.h"
 #include "tetraction/core/error.h"
+#include "viewer/snapshot_maker.h"
 
 namespace tetraction::viewer {
 namespace {
