@@ -209,9 +209,13 @@ Json usual_value(const OwnedKey& key, const Json& select) {
   }
   const Json standard = value.json(key.section->defaults.get());
   std::vector<Json> candidates;
+  // The vertices that are selected, or two of them, for a distance between them.
+  const auto chosen = select.find("vertices");
+  if (key.key->info.name == std::string_view("vertices") && chosen != select.end()) {
+    candidates.push_back(*chosen);
+    candidates.push_back({chosen->front(), chosen->back()});
+  }
   if (!standard.is_null()) candidates.push_back(standard);
-  // The two vertices of a selection, for a distance between them.
-  if (select.contains("vertices")) candidates.push_back(select["vertices"]);
   for (const char* text : {"true", "1.0", "1", "[0.0, 1.0, 0.0]", "[1.0, 1.0, 1.0]", "[0, 1]",
                            "[1.0, 2.0]", "[[0.0, 0.0], [1.0, 1.0]]", "[0]", "[[0.0, 0.0, 0.0]]",
                            "[4, 4, 4]", "4", "\"x\"", "[\"0\", \"0\", \"0\"]"}) {

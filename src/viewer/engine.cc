@@ -2,8 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
+#include <span>
 #include <utility>
 
 #include "simulation/stepping/step_strategy.h"
@@ -38,6 +40,24 @@ std::string cause_of(const Edit& edit) {
 std::string region_name(const MaterialRegionSettings& region, std::size_t number) {
   if (const auto* group = std::get_if<SelectGroup>(&region.select)) return group->name;
   return fmt::format("region {}", number);
+}
+
+// Whether an event would change a constraint that the user has taken away, and so bring it back. `edit` has the
+// number of the scene, and `translated` that of the session.
+bool changes_what_was_removed(const Edit& edit, const Edit& translated, const Session& session,
+                              std::span<const EventSettings> earlier) {
+  const auto* wanted = std::get_if<SetConstraint>(&translated);
+  if (wanted == nullptr || !wanted->index) return false;
+  const auto& all = session.constraints();
+  if (*wanted->index >= all.size() || all[*wanted->index]) return false;
+  const std::size_t number = *std::get<SetConstraint>(edit).index;
+  const auto removes = [number](const Edit& other) {
+    const auto* removal = std::get_if<RemoveConstraint>(&other);
+    return removal != nullptr && removal->index == number;
+  };
+  return std::ranges::none_of(earlier, [&](const EventSettings& event) {
+    return std::ranges::any_of(event.edits, removes);
+  });
 }
 
 }  // namespace
@@ -255,6 +275,10 @@ void Engine::make_due_events() {
           throw InputError(
               "it changes an entry that an earlier event should have added, but that event was "
               "refused.");
+        }
+        if (changes_what_was_removed(edit, *translated, *session_,
+                                     std::span(events_).first(next_event_))) {
+          throw InputError("it changes a constraint that was deleted or switched off.");
         }
         translated = with_present_settings(*translated, event, settings());
         if (auto* set = std::get_if<SetTime>(&*translated)) {

@@ -152,6 +152,28 @@ TEST(KeptStates, ARunContinuesFromOneWithTheSettingsOfNow) {
   EXPECT_EQ(*simulation->settings().materials[0].youngs_modulus, 5e4);
 }
 
+// The user has let the run go on beyond its end, so that it does not stop there again.
+TEST(KeptStates, ContinuingBeyondTheEndGoesOn) {
+  Scene scene = swinging_beam();
+  scene.time.end = 0.02;
+  const auto simulation = simulation_of(scene);
+  simulation->set_pauses(true, false);
+  make_steps(*simulation, 10);
+  EXPECT_EQ(simulation->snapshot()->pause, Pause::kEnd);
+  make_steps(*simulation, 20);
+  EXPECT_EQ(simulation->snapshot()->pause, Pause::kNone);
+  show_at(*simulation, 0.04);
+  continue_here(*simulation);
+  make_steps(*simulation, 1);
+  EXPECT_EQ(simulation->snapshot()->step, 21);
+  EXPECT_EQ(simulation->snapshot()->pause, Pause::kNone);
+  // Before the end it does.
+  show_at(*simulation, 0.01);
+  continue_here(*simulation);
+  make_steps(*simulation, 5);
+  EXPECT_EQ(simulation->snapshot()->pause, Pause::kEnd);
+}
+
 TEST(KeptStates, ContinuingFollowsFixesLoadsAndUndoneEdits) {
   const Scene scene = swinging_beam();
   const auto simulation = simulation_of(scene);

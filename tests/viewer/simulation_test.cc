@@ -442,6 +442,37 @@ TEST(Simulation, AnEventThatDoesNotFitIsANoticeAndTheRunGoesOn) {
                        simulation->history(0));
 }
 
+// An event that moves a handle brought it back after the user had switched it off.
+TEST(Simulation, AnEventDoesNotBringBackAConstraintThatWasRemoved) {
+  Scene scene = small_scene();
+  scene.constraint = {rigid(SelectPlane{0, 0.0, {}})};
+  ConstraintSettings moved = scene.constraint[0];
+  moved.velocity = {0.0, 1.0, 0.0};
+  EventSettings event;
+  event.at = 0.005;
+  event.edits = {SetConstraint{0, moved}};
+  scene.event = {event};
+  const auto simulation = simulation_of(scene);
+  make_steps(*simulation, 2);
+  simulation->edit(RemoveConstraint{0}, "off");
+  make_steps(*simulation, 8);
+  const std::vector<Notice> notices = simulation->take_notices();
+  ASSERT_EQ(notices.size(), 1U);
+  EXPECT_NE(notices[0].text.find("switched off"), std::string::npos) << notices[0].text;
+  EXPECT_EQ(simulation->history(0).back().constraint_work, 0.0);
+  expect_bitwise_equal(history_of_run(simulation->recorded_scene(), mesh_of(scene)),
+                       simulation->history(0));
+  // A scene whose own event removes it may have another one that makes it anew.
+  EventSettings removal;
+  removal.at = 0.003;
+  removal.edits = {RemoveConstraint{0}};
+  scene.event = {removal, event};
+  const auto other = simulation_of(scene);
+  make_steps(*other, 10);
+  expect_no_notices(*other);
+  EXPECT_NE(other->history(0).back().constraint_work, 0.0);
+}
+
 TEST(Simulation, TellsWhetherThereAreEditsSinceACount) {
   const auto simulation = simulation_of(small_scene());
   settle(*simulation);

@@ -140,7 +140,7 @@ void NumberField::commit() {
   }
   if (!is_number || !range_.contains(value)) {
     refuse(tr("is not possible; allowed: %1%2")
-               .arg(text_of(range_), unit_.isEmpty() ? QString() : QLatin1Char(' ') + unit_));
+               .arg(text_of(range_), unit_.isEmpty() ? QString() : tr(", in %1").arg(unit_)));
     return;
   }
   setModified(false);
