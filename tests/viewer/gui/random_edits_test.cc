@@ -317,9 +317,11 @@ TEST_F(RandomEdits, DoNotCrashAndReplay) {
   // An edit is in force at the next step: so that the last ones count, one more, if it goes well.
   window_->simulation()->pause();
   window_->simulation()->step();
-  settle();
-  const bool complete = state().status == RunStatus::kRunning;
-  if (!complete) {
+  // With the numbers that were typed, such as that of iterations, it may take longer than anybody waits.
+  const bool is_made = window_->simulation()->wait_until_idle(20.0);
+  if (is_made) settle();
+  const bool complete = is_made && state().status == RunStatus::kRunning;
+  if (is_made && !complete) {
     window_->simulation()->go_back();
     settle();
   }
