@@ -63,8 +63,11 @@ class Engine {
   /// the state.
   std::vector<MadeEdit> restore(const KeptState& kept, Recording::Data recorded,
                                 const std::vector<AppliedEdit>& edits, const std::string& what);
-  /// When the run ends: time.end of the scene or of its events so far, s.
-  double end() const { return end_; }
+  /// Whether a time, s, is the end of the run or beyond it: time.end of the scene or of its events so far.
+  bool is_at_end(double time) const {
+    constexpr double kRoundOff = 1e-9;
+    return time >= end_ * (1.0 - kRoundOff);
+  }
 
   /// EditHistory::forget_undone().
   void forget_undone() { edits_->forget_undone(); }

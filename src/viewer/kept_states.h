@@ -20,7 +20,7 @@ struct KeptSettings {
   std::size_t recorded = 0;         ///< entries of the recording
   std::size_t events_made = 0;
   Numbering numbering;
-  double end = 0.0;  ///< Engine::end(), s
+  double end = 0.0;  ///< time.end of the scene or of its events so far, s
 };
 
 /// A state with all that a run needs to go on from it. Only the state takes much memory; the settings

@@ -29,8 +29,7 @@ void SolverThread::check_pauses() {
     at_energy_error = shared->pauses_at_energy_error;
   }
   if (at_energy_error && energy_.exceeded(session())) pause_for(Pause::kEnergyError);
-  constexpr double kRoundOff = 1e-9;
-  if (at_end && session().time() >= engine_->end() * (1.0 - kRoundOff)) pause_for(Pause::kEnd);
+  if (at_end && engine_->is_at_end(session().time())) pause_for(Pause::kEnd);
 }
 
 // Goes on after a pause that the run has made by itself.

@@ -186,8 +186,7 @@ bool SolverThread::continue_shown() {
   const std::vector<MadeEdit> made =
       engine_->restore(*kept, past.recording, past.engine->session().edits(), what);
   // Beyond the end the user has let the run go on before.
-  constexpr double kRoundOff = 1e-9;
-  passed_end_ = kept->state.time >= engine_->end() * (1.0 - kRoundOff);
+  passed_end_ = engine_->is_at_end(kept->state.time);
   speed_limiter_.restart(session().time());
   energy_.restart(session());
   {
