@@ -40,6 +40,7 @@ Slots own_slots() {
   return slots;
 }
 
+using Record = Eigen::Map<const Eigen::Matrix<double, kNodeNumbers, 1>, Eigen::Aligned32>;
 using Edges = Eigen::Map<Eigen::Matrix<double, kNodeNumbers, 3>, Eigen::Aligned32>;
 
 void put_symmetric(const Matrix3& s, double* to) {
@@ -55,6 +56,7 @@ Matrix BlockAccess::cauchy_stresses(const ElasticPotential& elastic, const Vecto
   const ElasticPotential::Impl& s = *elastic.impl_;
   Matrix stresses(6, s.rest.point_count());
   parallel_for(s.blocks.block_count(), 1, [&](Index first, Index last) {
+    thread_local AlignedVector<double> records;
     thread_local AlignedVector<double> positions;
     thread_local AlignedVector<double> gradients;
     for (Index b = first; b < last; ++b) {
@@ -77,10 +79,14 @@ Matrix BlockAccess::cauchy_stresses(const ElasticPotential& elastic, const Vecto
         return static_cast<std::size_t>(batch - block.first_batch) * kBatchNumbers +
                static_cast<std::size_t>(lane) * kLaneNumbers + kNodeNumbers;
       };
-      s.blocks.for_each_point(block, [&](Index i, Index batch, int lane) {
-        const Shape::NodeMatrix nodes = s.rest.gather(q, i);
+      records.resize(ElementBlocks::local_size(block));
+      s.blocks.load_records(block, q.data(), records.data());
+      s.blocks.for_each_point(block, [&](Index, Index batch, int lane) {
+        const auto node = [&](int a) {
+          return Record(records.data() + s.blocks.slot(batch, a, lane));
+        };
         Edges edges(positions.data() + numbers_of(batch, lane));
-        edges.topRows<3>() = nodes.rightCols<3>().colwise() - nodes.col(0);
+        for (int k = 0; k < 3; ++k) edges.col(k) = node(k + 1) - node(0);
       });
       BatchView view = s.batches(b);
       view.slots = kSlots.data();
