@@ -55,8 +55,8 @@ void add_view_command(CLI::App& app, int& exit_code) {
   CLI::App* command = app.add_subcommand(
       "view", "Open a window: simulate a scene or a mesh interactively, or replay a finished run");
   command->add_option("path", options->path,
-                      "Scene (.toml), output directory of a run, or mesh file; without a path, "
-                      "an example scene");
+                      "Scene (.toml), output directory of a run, a study or natural modes, or mesh "
+                      "file; without a path, an example scene");
   command->add_option("--scale", options->scale,
                       "Multiplies the coordinates of a mesh file; 0.001 for one in millimetres");
   command

@@ -10,23 +10,6 @@ namespace tetraction {
 
 class StudyGrid {
  public:
-  void column(std::string head, bool is_text = false) { heads_.push_back({head, is_text}); }
-  /// Begins a row. On the page, the rows of a rule can be left out together, and the row of a run hides its points.
-  void row(std::string rule = {}, std::string run = {});
-  /// A line of its own, on the terminal only.
-  void line(std::string text);
-  void text(std::string text);
-  /// Empty if the number is not finite. Without a format it is short_number().
-  void number(double value, const char* format = nullptr, const char* mark = "");
-
-  bool is_empty() const { return rows_.empty(); }
-  std::string terminal() const;
-  std::string markdown() const;
-  std::string latex() const;
-  /// A table whose heads are buttons, which sort.
-  std::string html(const std::string& id) const;
-
- private:
   struct Column {
     std::string head;
     bool is_text;
@@ -42,6 +25,25 @@ class StudyGrid {
     std::vector<Cell> cells;
   };
 
+  void column(std::string head, bool is_text = false) { heads_.push_back({head, is_text}); }
+  /// Begins a row. On the page, the rows of a rule can be left out together, and the row of a run hides its points.
+  void row(std::string rule = {}, std::string run = {});
+  /// A line of its own, on the terminal only.
+  void line(std::string text);
+  void text(std::string text);
+  /// Empty if the number is not finite. Without a format it is short_number().
+  void number(double value, const char* format = nullptr, const char* mark = "");
+
+  bool is_empty() const { return rows_.empty(); }
+  const std::vector<Column>& columns() const { return heads_; }
+  const std::vector<Row>& rows() const { return rows_; }
+  std::string terminal() const;
+  std::string markdown() const;
+  std::string latex() const;
+  /// A table whose heads are buttons, which sort.
+  std::string html(const std::string& id) const;
+
+ private:
   Row head() const;
   // The cells of a row with `between` between them. `text_of` makes the text of a cell of a column.
   template <class TextOf>

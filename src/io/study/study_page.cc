@@ -173,26 +173,6 @@ std::string findings_html(const StudyResult& result) {
   return text + (result.remarks.empty() ? "" : "<h3>Remarks</h3>\n" + list_html(result.remarks));
 }
 
-std::string runs_html(const StudyResult& result) {
-  std::vector<const StudyField*> fields = shown_fields(kOnPage);
-  // Columns that are empty in all rows are left out.
-  std::erase_if(fields, [&](const StudyField* field) {
-    return std::all_of(result.rows.begin(), result.rows.end(), [&](const StudyRow& row) {
-      const auto value = field_value(*field, row);
-      return value.is_null() || value == "";
-    });
-  });
-  StudyGrid grid;
-  for (const StudyField* field : fields) {
-    grid.column(heading_of(*field, result), !field->is_number());
-  }
-  for (const StudyRow& row : result.rows) {
-    grid.row(rule_name(row), row.directory);
-    for (const StudyField* field : fields) add_field(grid, *field, row);
-  }
-  return grid.html("runs");
-}
-
 std::string phases_html(const std::vector<RunPhases>& phases) {
   if (phases.empty()) return "<p>No run has a summary with its wall times.</p>\n";
   StudyGrid grid;
@@ -297,6 +277,26 @@ void read_pictures(const StudyResult& result, const std::string& directory,
 
 }  // namespace
 
+StudyGrid grid_of_all_runs(const StudyResult& result) {
+  std::vector<const StudyField*> fields = shown_fields(kOnPage);
+  // Columns that are empty in all rows are left out.
+  std::erase_if(fields, [&](const StudyField* field) {
+    return std::all_of(result.rows.begin(), result.rows.end(), [&](const StudyRow& row) {
+      const auto value = field_value(*field, row);
+      return value.is_null() || value == "";
+    });
+  });
+  StudyGrid grid;
+  for (const StudyField* field : fields) {
+    grid.column(heading_of(*field, result), !field->is_number());
+  }
+  for (const StudyRow& row : result.rows) {
+    grid.row(rule_name(row), row.directory);
+    for (const StudyField* field : fields) add_field(grid, *field, row);
+  }
+  return grid;
+}
+
 std::string study_page(const StudyResult& result, const StudyPageContents& contents) {
   const StudyAnswer answer = study_answer(result);
   const bool has_shared = std::any_of(result.rows.begin(), result.rows.end(),
@@ -320,7 +320,7 @@ std::string study_page(const StudyResult& result, const StudyPageContents& conte
                       ? " Wall times with * do not count: these runs shared the cores of the "
                         "machine with others, or had more threads than cores."
                       : ""},
-       {"runs", runs_html(result)},
+       {"runs", grid_of_all_runs(result).html("runs")},
        {"phases", phases_html(contents.phases)},
        {"provenance", provenance_html(result, contents.provenance)},
        {"script", kStudyPageScript}});

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "study_grid.h"
 #include "tetraction/io/study_writer.h"
 #include "tetraction/simulation/study.h"
 
@@ -42,6 +43,9 @@ struct StudyPageContents {
   std::string why_no_pictures;                   ///< why some or all are missing
   std::vector<RunPhases> phases;
 };
+
+/// The table of all runs, with the columns that are not empty in all of them.
+StudyGrid grid_of_all_runs(const StudyResult& result);
 
 /// The text of the page: the template study_page.html with its parts filled in.
 std::string study_page(const StudyResult& result, const StudyPageContents& contents);

@@ -162,6 +162,11 @@ std::string description_of(const SceneChange& change, const Json& scene) {
   return is_list(change.place.section) ? fmt::format("{}: {}", entry, what) : what;
 }
 
+Scene scene_with_edits(const Simulation& simulation) {
+  const std::shared_ptr<const EditedScene> edited = simulation.present().edited;
+  return scene_of_json(edited_json(*edited), edited->scene);
+}
+
 SceneEditor::SceneEditor(Simulation& simulation, std::vector<OffEntry> off)
     : simulation_(simulation), off_(std::move(off)) {
   update();

@@ -66,6 +66,10 @@ class SceneEditor {
   std::vector<OffEntry> off_;
 };
 
+/// The scene with all edits in effect as if they held from the start, as a scene file can hold it. A run without an end
+/// gets the usual one. Throws InputError for a scene that a file cannot hold.
+Scene scene_with_edits(const Simulation& simulation);
+
 /// What a change does, as "Density 1200 kg/m³".
 std::string description_of(const SceneChange& change, const Json& scene);
 

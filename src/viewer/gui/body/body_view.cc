@@ -73,9 +73,19 @@ BodyView::BodyView(QWidget* parent)
   vtkNew<vtkCallbackCommand> count;
   count->SetClientData(this);
   count->SetCallback([](vtkObject*, unsigned long, void* self, void*) {
-    ++static_cast<BodyView*>(self)->pictures_;
+    auto* view = static_cast<BodyView*>(self);
+    ++view->pictures_;
+    const Camera camera = view->camera();
+    if (std::exchange(view->drawn_camera_, camera) != camera) emit view->camera_moved();
   });
   window_->AddObserver(vtkCommand::EndEvent, count);
+  // Also before the pictures that VTK draws while the mouse turns the camera.
+  vtkNew<vtkCallbackCommand> place;
+  place->SetClientData(this);
+  place->SetCallback([](vtkObject*, unsigned long, void* self, void*) {
+    static_cast<BodyView*>(self)->place_cube();
+  });
+  window_->AddObserver(vtkCommand::StartEvent, place);
   widget_->installEventFilter(this);
 }
 
@@ -177,6 +187,14 @@ void BodyView::set_parallel(bool on) {
   render();
 }
 
+bool BodyView::follow_colors(const std::vector<float>& values) {
+  const double low = color_low();
+  const double high = color_high();
+  const bool has_range = scene_->color_bar().follow(values);
+  if (drawn_ && (color_low() != low || color_high() != high)) scene_->set_state(drawn_);
+  return has_range;
+}
+
 void BodyView::refit_colors() {
   scene_->color_bar().forget_range();
   if (drawn_) scene_->set_state(drawn_);
@@ -193,16 +211,24 @@ void BodyView::render() {
   scene_->fade_edges(widget_->height());
   // The colour bar has a place of its own, so that it never lies over the body.
   constexpr double kGutter = 120.0;  // pixels
-  const double share = drawing_.field != nullptr ? std::min(0.4, kGutter / widget_->width()) : 0.0;
+  const bool has_bar = has_color_bar_ && drawing_.field != nullptr;
+  const double share = has_bar ? std::min(0.4, kGutter / widget_->width()) : 0.0;
   renderer_->SetViewport(0.0, 0.0, 1.0 - share, 1.0);
   gutter_->SetViewport(1.0 - share, 0.0, 1.0, 1.0);
   gutter_->SetDraw(share > 0.0);
   cube_.set_visible(drawing_.cube && !recording_);
-  cube_.place(renderer_->GetActiveCamera(), widget_->width() * (1.0 - share) - kGrid,
-              widget_->size());
   renderer_->ResetCameraClippingRange();
   window_->Render();
   show_edge_mark();
+}
+
+void BodyView::place_cube() {
+  cube_.place(renderer_->GetActiveCamera(), widget_->width() * renderer_->GetViewport()[2] - kGrid,
+              widget_->size());
+}
+
+void BodyView::set_color_bar(bool on) {
+  has_color_bar_ = on;
 }
 
 void BodyView::detect_graphics_card() {

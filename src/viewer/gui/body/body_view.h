@@ -5,6 +5,7 @@
 
 #include <QImage>
 #include <QWidget>
+#include <array>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -59,6 +60,14 @@ class BodyView : public QWidget {
   void set_follow(bool on);
   /// Shows a tetrahedron from near, from the present direction, and selects its vertices.
   void show_element(const TetMesh& mesh, Index element);
+  /// Where the camera is and looks.
+  using Camera = std::array<double, 11>;
+  Camera camera() const;
+  void set_camera(const Camera& camera);
+  /// Whether the next pictures have the colour bar.
+  void set_color_bar(bool on);
+  /// Widens an automatic range of the colours for these values, too. False if there is no range yet.
+  bool follow_colors(const std::vector<float>& values);
   /// The arrow at the edge of the picture that points to a body outside it.
   QToolButton* edge_mark() const { return edge_mark_; }
   /// Fits the automatic colour range to the state that is shown.
@@ -85,6 +94,8 @@ class BodyView : public QWidget {
   void band_selected(std::vector<tetraction::Index> vertices, bool add);
   /// The user turns the light by these angles, degrees to the right and up.
   void light_turned(double azimuth, double elevation);
+  /// The user or a command has moved the camera, and the picture is drawn.
+  void camera_moved();
   /// The user begins to drag a vertex, drags it to a position (m), and releases it.
   /// `exact`: the vertices shall be where the mouse is, whatever the body does.
   void grabbed(tetraction::Index vertex, bool exact);
@@ -120,6 +131,7 @@ class BodyView : public QWidget {
   std::vector<Index> vertices_in(const QRect& band, bool through);
   std::shared_ptr<const Snapshot> scaled(const std::shared_ptr<const Snapshot>& snapshot);
   Vector3 true_position(Index vertex, const Vector3& drawn) const;
+  void place_cube();
   void show_value();
   void draw_drag();
   bool is_outside() const;
@@ -147,6 +159,8 @@ class BodyView : public QWidget {
   bool drag_is_exact_ = false;
   bool follow_ = false;
   bool recording_ = false;
+  bool has_color_bar_ = true;
+  Camera drawn_camera_{};
   QPointF hovered_{-1.0, -1.0};  // where the mouse is, without a pressed button
   QRubberBand* band_;
   QLabel* value_;

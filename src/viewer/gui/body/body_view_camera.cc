@@ -1,4 +1,7 @@
 // Where the camera of the view looks, and the mark of a body that it does not see.
+#include <vtkCamera.h>
+#include <vtkRenderer.h>
+
 #include <QToolButton>
 #include <algorithm>
 #include <cmath>
@@ -8,6 +11,28 @@
 #include "viewer/gui/widgets/vtk_widget.h"
 
 namespace tetraction::viewer {
+
+BodyView::Camera BodyView::camera() const {
+  vtkCamera* camera = renderer_->GetActiveCamera();
+  Camera values{};
+  camera->GetPosition(values.data());
+  camera->GetFocalPoint(values.data() + 3);
+  camera->GetViewUp(values.data() + 6);
+  values[9] = camera->GetParallelScale();
+  values[10] = camera->GetParallelProjection();
+  return values;
+}
+
+void BodyView::set_camera(const Camera& values) {
+  vtkCamera* camera = renderer_->GetActiveCamera();
+  camera->SetPosition(values.data());
+  camera->SetFocalPoint(values.data() + 3);
+  camera->SetViewUp(values.data() + 6);
+  camera->SetParallelScale(values[9]);
+  camera->SetParallelProjection(values[10] != 0.0);
+  drawn_camera_ = this->camera();  // the caller knows it
+  render();
+}
 
 void BodyView::fit() {
   scene_->fit();

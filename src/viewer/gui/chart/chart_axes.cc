@@ -22,12 +22,14 @@ void LiveChart::scale() {
     const auto& shown = shown_[static_cast<std::size_t>(kind_)];
     for (std::size_t s = 0; s < shown.size(); ++s) {
       if (!shown[s]) continue;
-      const vtkDoubleArray* array = column(table_, static_cast<int>(s) + 1);
-      for (vtkIdType i = 0; i < array->GetNumberOfTuples(); ++i) {
-        const double value = array->GetValue(i);
-        if (!(std::abs(value) < kLargest)) continue;
-        low = std::min(low, value);
-        high = std::max(high, value);
+      for (vtkTable* table : {table_.Get(), other_table_.Get()}) {
+        const vtkDoubleArray* array = column(table, static_cast<int>(s) + 1);
+        for (vtkIdType i = 0; i < array->GetNumberOfTuples(); ++i) {
+          const double value = array->GetValue(i);
+          if (!(std::abs(value) < kLargest)) continue;
+          low = std::min(low, value);
+          high = std::max(high, value);
+        }
       }
     }
     if (!(low <= high)) low = high = 0.0;
@@ -39,7 +41,8 @@ void LiveChart::scale() {
     if (room < 1e-12 || !is_drawable(low, high)) room = size < 1e-12 ? 1.0 : 0.1 * size;
     y->SetRange(low - room, high + room);
     const double begin = rows_.empty() ? 0.0 : rows_.front().time;
-    const double end = rows_.empty() ? 1.0 : rows_.back().time;
+    double end = rows_.empty() ? 1.0 : rows_.back().time;
+    if (!other_rows_.empty()) end = std::max(end, other_rows_.back().time);
     x->SetRange(begin, is_drawable(begin, end) ? end : begin + std::max(1.0, 0.1 * begin));
   }
   bottom_ = y->GetMinimum();

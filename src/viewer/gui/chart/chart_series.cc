@@ -61,7 +61,7 @@ const std::vector<ChartKind>& chart_kinds(RunKind run) {
         {"L y", kOrange, [](Row r) { return r.angular_momentum.y(); }},
         {"L z", kGreen, [](Row r) { return r.angular_momentum.z(); }}}},
       {"Iterations", "Iterations a step", {iterations}}};
-  return run == RunKind::kMotion ? of_motion : of_equilibrium;
+  return run == RunKind::kEquilibrium ? of_equilibrium : of_motion;
 }
 
 std::vector<ChartProbe> chart_probes(const std::vector<ProbeSettings>& probes) {

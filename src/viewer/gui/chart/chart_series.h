@@ -26,9 +26,9 @@ struct ChartKind {
   std::vector<ChartSeries> series;
 };
 
-/// The kind of a history: a motion in time, or load steps towards an equilibrium, whose `time` is
-/// the load factor.
-enum class RunKind { kMotion, kEquilibrium };
+/// The kind of a history: a motion in time, load steps towards an equilibrium, whose `time` is the load factor, or
+/// a mode, which has none and whose `time` is the part of the period.
+enum class RunKind { kMotion, kEquilibrium, kMode };
 
 /// The kinds of a motion: energy, energy balance, energy error, linear momentum, angular momentum, iterations. An
 /// equilibrium has energy without the kinetic part, and iterations.

@@ -154,6 +154,7 @@ LiveChart::~LiveChart() = default;
 
 void LiveChart::clear() {
   clear_rows();
+  other_rows_.clear();
   marks_.clear();
   cursor_ = kNaN;
   following_ = true;
@@ -167,6 +168,11 @@ void LiveChart::clear_rows() {
 void LiveChart::append(const std::vector<HistoryRow>& rows) {
   if (rows.empty()) return;
   rows_.insert(rows_.end(), rows.begin(), rows.end());
+  stale_ = true;
+}
+
+void LiveChart::set_other_rows(std::vector<HistoryRow> rows) {
+  other_rows_ = std::move(rows);
   stale_ = true;
 }
 
@@ -246,8 +252,11 @@ void LiveChart::rebuild() {
   const ChartKind& kind = this->kind();
   chart_->ClearPlots();
   plots_.clear();
-  table_->Initialize();
-  add_column(table_, "time");
+  other_plots_.clear();
+  for (vtkTable* table : {table_.Get(), other_table_.Get()}) {
+    table->Initialize();
+    add_column(table, "time");
+  }
   while (QLayoutItem* item = legend_->takeAt(0)) {
     delete item->widget();
     delete item;
@@ -275,6 +284,11 @@ void LiveChart::rebuild() {
         add_line(table_, static_cast<int>(s) + 1, color.red(), color.green(), color.blue(), 1.6F);
     plot->SetLabel(series.name);
     plots_.push_back(plot);
+    add_column(other_table_, series.name.c_str());
+    vtkPlotLine* other = add_line(other_table_, static_cast<int>(s) + 1, color.red(), color.green(),
+                                  color.blue(), 1.6F);
+    other->GetPen()->SetLineType(vtkPen::DASH_LINE);
+    other_plots_.push_back(other);
 
     auto* check = new QCheckBox(QString::fromStdString(series.name), legend_box_);
     check->setObjectName(QStringLiteral("series_%1").arg(s));
@@ -297,11 +311,17 @@ void LiveChart::rebuild() {
 }
 
 void LiveChart::fill() {
+  fill(table_, rows_, plots_);
+  fill(other_table_, other_rows_, other_plots_);
+}
+
+void LiveChart::fill(vtkTable* table, const std::vector<HistoryRow>& rows,
+                     const std::vector<vtkPlotLine*>& plots) {
   const ChartKind& kind = this->kind();
-  const ThinnedSeries thinned = thin(rows_, kind.series, kBuckets);
+  const ThinnedSeries thinned = thin(rows, kind.series, kBuckets);
   const auto count = static_cast<vtkIdType>(thinned.time.size());
   for (int c = 0; c <= static_cast<int>(kind.series.size()); ++c) {
-    vtkDoubleArray* array = column(table_, c);
+    vtkDoubleArray* array = column(table, c);
     const std::vector<double>& from =
         c == 0 ? thinned.time : thinned.values[static_cast<std::size_t>(c) - 1];
     array->SetNumberOfTuples(count);
@@ -311,10 +331,10 @@ void LiveChart::fill() {
     });
     array->Modified();
   }
-  table_->Modified();
-  for (std::size_t s = 0; s < plots_.size(); ++s) {
-    plots_[s]->SetVisible(count > 1 && shown_[static_cast<std::size_t>(kind_)][s]);
-    plots_[s]->Modified();
+  table->Modified();
+  for (std::size_t s = 0; s < plots.size(); ++s) {
+    plots[s]->SetVisible(count > 1 && shown_[static_cast<std::size_t>(kind_)][s]);
+    plots[s]->Modified();
   }
 }
 

@@ -48,6 +48,9 @@ class LiveChart : public QWidget {
   void set_marks(const std::vector<EditMark>& marks);
   /// Draws a vertical line at the time that a replay shows. No line if the time is not finite.
   void set_cursor(double time);
+  /// The rows of another run, whose curves are dashed. Empty: there is none.
+  void set_other_rows(std::vector<HistoryRow> rows);
+  const std::vector<HistoryRow>& other_rows() const { return other_rows_; }
   std::size_t row_count() const { return rows_.size(); }
   const std::vector<HistoryRow>& rows() const { return rows_; }
 
@@ -91,13 +94,15 @@ class LiveChart : public QWidget {
   void set_colors();
   void rebuild();
   void fill();
+  void fill(vtkTable* table, const std::vector<HistoryRow>& rows,
+            const std::vector<vtkPlotLine*>& plots);
   void scale();
   void set_ticks();
   void draw();
   void show_values(const QPoint& place);
   double time_at(double x) const;
 
-  std::vector<HistoryRow> rows_;
+  std::vector<HistoryRow> rows_, other_rows_;
   std::vector<EditMark> marks_;
   double cursor_;
   bool stale_ = true;      // whether the chart must be drawn again
@@ -120,12 +125,12 @@ class LiveChart : public QWidget {
   VtkWidget* widget_;  // shows window_
   vtkNew<vtkContextView> view_;
   vtkSmartPointer<vtkChartXY> chart_;
-  vtkNew<vtkTable> table_;
+  vtkNew<vtkTable> table_, other_table_;
   vtkNew<vtkTable> mark_table_;
   vtkNew<vtkTable> cursor_table_;
   vtkPlotLine* marks_plot_ = nullptr;
   vtkPlotLine* cursor_plot_ = nullptr;
-  std::vector<vtkPlotLine*> plots_;
+  std::vector<vtkPlotLine*> plots_, other_plots_;
 };
 
 }  // namespace tetraction::viewer

@@ -114,11 +114,8 @@ DrawingPanel::DrawingPanel(QWidget* parent) : QWidget(parent) {
     const auto place = std::ranges::find(color_fields(), drawing_.field) - color_fields().begin();
     field_->setCurrentIndex(static_cast<int>(place));
   });
-  connect(field_, QOverload<int>::of(&QComboBox::activated), this, [this](int i) {
-    drawing_.field = color_fields()[static_cast<std::size_t>(i)];
-    drawing_.automatic_range = true;
-    emit_changed();
-  });
+  connect(field_, QOverload<int>::of(&QComboBox::activated), this,
+          [this](int i) { color_by(color_fields()[static_cast<std::size_t>(i)]); });
   color->addRow(tr("Map"),
                 add_choice("color_map", tr("The colours from the lowest to the highest value"),
                            {tr("Viridis"), tr("Cividis"), tr("Cool to warm"), tr("Grey")},
@@ -248,6 +245,12 @@ void DrawingPanel::show_range(double low, double high) {
   drawing_.range[1] = high;
   low_->set_value(low);
   high_->set_value(high);
+}
+
+void DrawingPanel::color_by(ColorField field) {
+  drawing_.field = field;
+  drawing_.automatic_range = true;
+  emit_changed();
 }
 
 void DrawingPanel::turn_light(double azimuth, double elevation) {

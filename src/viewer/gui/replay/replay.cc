@@ -42,23 +42,9 @@ bool is_there(const fs::path& path) {
 
 // A message that says why a directory without frames.pvd cannot be replayed and what to open instead.
 std::string why_no_frames(const fs::path& directory) {
-  if (is_there(directory / "study.json")) {
-    std::vector<std::string> runs;
-    for (const auto& entry : fs::directory_iterator(directory)) {
-      if (is_there(entry.path() / "frames.pvd")) runs.push_back(entry.path().string());
-    }
-    std::sort(runs.begin(), runs.end());
-    if (runs.empty()) {
-      return "this study has written no frames. Repeat it with --frames all, or with the names of "
-             "the runs to look at.";
-    }
-    return fmt::format(
-        "this is a study of several runs. Give the folder of one that has frames: {}.",
-        fmt::join(runs, ", "));
-  }
   if (is_there(directory / "history.csv")) {
-    return "this run of a study has written no frames. Repeat the study with --frames and the name "
-           "of this folder.";
+    return "this run of a study has written no frames. Repeat the study with --frames all, or with "
+           "--frames and the name of this folder.";
   }
   return "there is no frames.pvd in it. Give the output directory of a run, or a scene.";
 }
@@ -257,7 +243,25 @@ void Replay::read_probes(const std::string& path) {
   history_ = std::move(merged);
 }
 
+// Without the positions and forces of the body.
+Snapshot Replay::snapshot_at(std::size_t i) const {
+  Snapshot snapshot;
+  snapshot.generation = i + 1;
+  snapshot.body = 1;
+  snapshot.time = times_[i];
+  snapshot.step = static_cast<Index>(i);
+  return snapshot;
+}
+
+std::size_t Replay::frame_at(double time) const {
+  const auto next = std::lower_bound(times_.begin(), times_.end(), time);
+  const auto i = static_cast<std::size_t>(next - times_.begin());
+  if (i == 0) return 0;
+  return next == times_.end() || time - times_[i - 1] < *next - time ? i - 1 : i;
+}
+
 std::shared_ptr<const Snapshot> Replay::frame(std::size_t i, ColorField field) const {
+  if (motion_) return frame_of_mode(i, field);
   const std::string& path = files_[i];
   std::vector<std::string> point_names{"displacement",   "velocity",       "momentum",
                                        "external_force", "reaction_force", "fixed"};
@@ -288,14 +292,11 @@ std::shared_ptr<const Snapshot> Replay::frame(std::size_t i, ColorField field) c
   if (!frame.point_arrays[0].allFinite()) {
     throw FileError(path + ": a displacement is not finite, so that the body cannot be drawn.");
   }
-  auto snapshot = std::make_shared<Snapshot>();
-  snapshot->generation = i + 1;
-  snapshot->body = 1;
-  snapshot->time = times_[i];
+  auto snapshot = std::make_shared<Snapshot>(snapshot_at(i));
   const auto row = std::find_if(history_.begin(), history_.end(), [&](const HistoryRow& r) {
     return r.time >= times_[i] - 1e-9 * (1.0 + std::abs(times_[i]));
   });
-  snapshot->step = row == history_.end() ? static_cast<Index>(i) : row->step;
+  if (row != history_.end()) snapshot->step = row->step;
   const Vector displacement = vectors(frame.point_arrays[0], n);
   snapshot->position = rest_ + displacement;
   snapshot->velocity = vectors(frame.point_arrays[1], n);

@@ -1,11 +1,13 @@
-// The frames of a finished run as snapshots, which the window draws.
+// The frames of a finished run, or of a mode that swings, as snapshots, which the window draws.
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "tetraction/mesh/tet_mesh.h"
+#include "viewer/analyses/stored_modes.h"
 #include "viewer/gui/chart/chart_series.h"
 #include "viewer/snapshot.h"
 
@@ -16,13 +18,19 @@ class Replay {
  public:
   /// `path`: the directory or its frames.pvd. Throws FileError.
   explicit Replay(const std::string& path);
+  /// A mode that swings. The time of a frame is the part of the period. Throws FileError.
+  Replay(const StoredModes& modes, std::size_t mode);
 
   const std::string& directory() const { return directory_; }
   const TetMesh& mesh() const { return mesh_; }
-  /// Whether the run is a motion or the computation of an equilibrium.
+  /// Whether it is a motion, the computation of an equilibrium, or a mode.
   RunKind kind() const { return kind_; }
-  /// The times of the frames, s, or the load factors of an equilibrium.
+  /// The times of the frames, s, the load factors of an equilibrium, or the parts of the period of a mode.
   const std::vector<double>& times() const { return times_; }
+  /// The frame that is nearest to a time.
+  std::size_t frame_at(double time) const;
+  /// The motion of a mode, which may be changed; null for a run.
+  ModeMotion* motion() { return motion_ ? &*motion_ : nullptr; }
   /// Frame i as a snapshot, coloured by `field`. Throws FileError.
   std::shared_ptr<const Snapshot> frame(std::size_t i, ColorField field) const;
   /// All rows of history.csv, with the values of probes.csv. A step that only probes.csv has is a row
@@ -36,12 +44,15 @@ class Replay {
   void read_collection(const std::string& path);
   void read_history(const std::string& path);
   void read_probes(const std::string& path);
+  Snapshot snapshot_at(std::size_t i) const;
+  std::shared_ptr<const Snapshot> frame_of_mode(std::size_t i, ColorField field) const;
 
   std::string directory_;
   std::vector<double> times_;
   std::vector<std::string> files_;
   TetMesh mesh_;
   Vector rest_;
+  std::optional<ModeMotion> motion_;
   RunKind kind_ = RunKind::kMotion;
   std::vector<HistoryRow> history_;
   std::vector<ChartProbe> probes_;

@@ -19,6 +19,7 @@ constexpr int kGap = 8;
 constexpr int kTimeSize = 22;             // of the figures, pixels
 constexpr int kTick_ms = 20;              // of a replay
 constexpr double kUsualDuration_s = 5.0;  // of a replay at the speed that is chosen for it
+constexpr double kSpeedOfModes = 0.5;     // periods in a second
 
 }  // namespace
 
@@ -112,7 +113,7 @@ void TransportBar::begin(bool replay, RunKind kind) {
   kind_ = kind;
   stop_ = 0;
   stops_.clear();
-  loop_->setVisible(replay);
+  loop_->setVisible(replay && kind != RunKind::kMode);
   steps_->setVisible(!replay);
   timeline_->set_marks({});
   timeline_->setToolTip(replay ? tr("The frames of the run")
@@ -128,7 +129,11 @@ void TransportBar::begin_replay(const std::vector<double>& times, RunKind kind) 
   stops_ = times;
   timeline_->set_span(times.front(), std::max(times.back(), times.front() + 1e-12));
   timeline_->set_stops(times);
-  choose_speed(times.back() - times.front());
+  if (kind == RunKind::kMode) {
+    speed_->setCurrentIndex(speed_->findData(kSpeedOfModes));
+  } else {
+    choose_speed(times.back() - times.front());
+  }
   show_frame(0);
 }
 
@@ -182,10 +187,10 @@ void TransportBar::show_simulation(const Snapshot& snapshot, const std::vector<d
 
 void TransportBar::show_frame(std::size_t frame) {
   stop_ = frame;
-  show(stops_[frame],
-       (kind_ == RunKind::kMotion ? tr("frame %1 of %2") : tr("load factor,\nframe %1 of %2"))
-           .arg(frame + 1)
-           .arg(stops_.size()));
+  const QString what = kind_ == RunKind::kMotion        ? QString()
+                       : kind_ == RunKind::kEquilibrium ? tr("load factor,\n")
+                                                        : tr("of the period,\n");
+  show(stops_[frame], what + tr("frame %1 of %2").arg(frame + 1).arg(stops_.size()));
 }
 
 std::size_t TransportBar::nearest(double time) const {
@@ -232,7 +237,7 @@ void TransportBar::play(bool on) {
 void TransportBar::play_on() {
   const double passed = 1e-3 * static_cast<double>(since_played_.restart());
   if (stop_ + 1 == stops_.size()) {
-    if (loop_->isChecked()) {
+    if (loop_->isChecked() || kind_ == RunKind::kMode) {
       go_to(stops_.front());
     } else {
       play(false);

@@ -24,6 +24,8 @@
 #include "viewer/gui/chart/live_chart.h"
 #include "viewer/gui/panels/drawing_panel.h"
 #include "viewer/gui/panels/vertex_panel.h"
+#include "viewer/gui/results/comparison.h"
+#include "viewer/gui/results/computation.h"
 #include "viewer/gui/scene/scene_panels.h"
 #include "viewer/gui/transport/transport_bar.h"
 #include "viewer/picked_geometry.h"
@@ -40,6 +42,7 @@ constexpr qint64 kSlowUpdate_ms = 150;  // interval of the updates of charts, fi
 
 MainWindow::MainWindow()
     : view_(new BodyView(this)),
+      comparison_(new Comparison(view_)),
       messages_(new MessageStrip(view_->canvas())),
       transport_(new TransportBar(this)),
       scene_(new ScenePanels(this)),
@@ -56,7 +59,7 @@ MainWindow::MainWindow()
   auto* column = new QVBoxLayout(center);
   column->setContentsMargins(0, 0, 0, 0);
   column->setSpacing(0);
-  column->addWidget(view_, 1);
+  column->addWidget(comparison_, 1);
   column->addWidget(transport_);
   setCentralWidget(center);
   statusBar()->addWidget(status_body_, 1);
@@ -70,6 +73,7 @@ MainWindow::MainWindow()
   status_rate_->setToolTip(tr("Pictures drawn in a second"));
 
   make_docks();
+  make_results();
   make_actions();
   connect_panels();
   connect_transport();
@@ -110,6 +114,7 @@ void MainWindow::set_drawing(const DrawingSettings& drawing) {
   view_->set_drawing(drawing);
   if (simulation_) simulation_->set_color_field(drawing.field);
   if (replay_ && other_field) show_frame(transport_->frame());
+  follow_first_run();
   if (drawing.automatic_range) drawing_->show_range(view_->color_low(), view_->color_high());
 }
 
@@ -156,6 +161,7 @@ void MainWindow::poll() {
 
 void MainWindow::show_snapshot(const std::shared_ptr<const Snapshot>& snapshot) {
   view_->show_state(snapshot);
+  follow_first_run();
   view_->render();
   if (!isMinimized()) ++states_shown_;
   show_failure(*snapshot);
@@ -290,12 +296,16 @@ void MainWindow::closeEvent(QCloseEvent* event) {
     event->ignore();
     return;
   }
+  end_results();
   save_window();
   // The window goes away before anything is waited for.
   hide();
   QGuiApplication::sync();
   stop_recording();  // completes the files of the recording
-  opening_ = {};     // waits for the thread that reads a file
+  computation_->end();
+  opening_ = {};  // waits for the thread that reads a file
+  if (kept_) simulation_ = std::move(kept_->opened.simulation);
+  kept_.reset();
   closed_within_step_ = simulation_ && !simulation_->end(kWaitForStep_s);
   if (!closed_within_step_) {
     edits_.reset();

@@ -22,12 +22,16 @@ class QStackedWidget;
 namespace tetraction::viewer {
 
 class BodyView;
+class Comparison;
+class Computation;
 class DrawingPanel;
 class LiveChart;
+class ResultsPanel;
 struct PictureQueue;
 class ScenePanels;
 class TransportBar;
 class VertexPanel;
+enum class ComputationKind;
 enum class Tool;
 
 class MainWindow : public QMainWindow {
@@ -37,7 +41,7 @@ class MainWindow : public QMainWindow {
   MainWindow();
   ~MainWindow() override;
 
-  /// Opens a scene, a mesh or the directory of a run, depending on the path. `scale` multiplies the
+  /// Opens a scene, a mesh, or the directory of a run, a study or natural modes, depending on the path. `scale` multiplies the
   /// coordinates of a mesh. The file is read in another thread. If it cannot be opened, a message
   /// appears and the window keeps its contents. If there are edits that are not saved, the user is
   /// asked first.
@@ -60,6 +64,8 @@ class MainWindow : public QMainWindow {
   Simulation* simulation() { return simulation_.get(); }
   const Replay* replay() const { return replay_.get(); }
   BodyView* body_view() { return view_; }
+  Comparison* comparison() { return comparison_; }
+  ResultsPanel* results() { return results_; }
   LiveChart* chart() { return chart_; }
   ScenePanels* scene_panels() { return scene_; }
   TransportBar* transport() { return transport_; }
@@ -103,6 +109,20 @@ class MainWindow : public QMainWindow {
   void update_transport();
   void show_running(bool running);
 
+  // window_results.cc
+  void make_compute_menu();
+  void make_results();
+  void update_results_actions();
+  void ask_computation(ComputationKind kind);
+  void end_computation(const QString& failure, bool was_cancelled);
+  void open_result(const QString& path, const QString& second = {});
+  void show_results(Opened& opened, const QString& path, bool has_replay);
+  void show_mode(int mode);
+  void end_results();
+  void follow_first_run();
+  void keep_simulation();
+  void back_to_simulation();
+
   // window_opening.cc
   void finish_opening();
   void show_simulation(Opened opened);
@@ -112,7 +132,7 @@ class MainWindow : public QMainWindow {
   void show_other_mesh();
   void ask_scale();
   bool may_lose_edits();
-  void begin_opening(const QString& path, std::optional<double> scale);
+  void begin_opening(const QString& path, std::future<Opened> reading);
   void reload();
 
   // main_window.cc
@@ -184,6 +204,7 @@ class MainWindow : public QMainWindow {
   std::optional<double> mesh_scale_;  // of the mesh, if it was opened without a scene
   QString opening_path_;
   std::future<Opened> opening_;  // valid while a file is read
+  bool opens_result_ = false;    // whether it is one of the table, or of a computation
   bool needs_file_ = false;      // whether the window has nothing else to show
   std::vector<Index> selection_;
   std::size_t saved_edits_ = 0;           // Simulation::edit_count() of the saved scene
@@ -212,7 +233,19 @@ class MainWindow : public QMainWindow {
   QString record_from_start_;
   bool asks_ = true;  // before edits are lost
 
+  struct Kept {
+    Opened opened;
+    QString path;
+    std::size_t saved_edits = 0;
+  };
+  std::optional<Kept> kept_;  // the simulation while its results are shown
+  std::shared_ptr<const StoredModes> modes_;
+  std::optional<ColorField> field_before_modes_;
+
   BodyView* view_;
+  Comparison* comparison_;
+  ResultsPanel* results_ = nullptr;
+  Computation* computation_ = nullptr;
   MessageStrip* messages_;
   TransportBar* transport_;
   ScenePanels* scene_;
@@ -224,7 +257,9 @@ class MainWindow : public QMainWindow {
 
   QMenu *view_menu_, *recent_;
   QAction *undo_, *redo_, *fix_, *unfix_, *run_, *step_, *restart_, *reload_, *go_back_, *back_,
-      *continue_, *scale_, *save_scene_, *record_pictures_, *record_film_, *record_run_;
+      *continue_, *compare_, *back_to_simulation_, *cancel_computation_, *scale_, *save_scene_,
+      *record_pictures_, *record_film_, *record_run_;
+  std::vector<QAction*> compute_;
   std::vector<QAction*> live_only_;  // actions that need a simulation
 };
 

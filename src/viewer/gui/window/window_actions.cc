@@ -40,6 +40,7 @@ void MainWindow::make_actions() {
   make_file_menu();
   make_edit_menu();
   make_simulation_menu();
+  make_compute_menu();
   make_view_menu();
   make_help_menu();
   make_tools();
@@ -76,6 +77,11 @@ void MainWindow::make_file_menu() {
         if (!path.isEmpty()) open(path);
       },
       QKeySequence(tr("Ctrl+Shift+O")));
+  compare_ = file->addAction(tr("Compare &with run…"), this, [this] {
+    const QString path = QFileDialog::getExistingDirectory(
+        this, tr("Open the output directory of a run beside this one"), QFileInfo(path_).path());
+    if (!path.isEmpty()) open_result(QString::fromStdString(replay_->directory()), path);
+  });
   recent_ = file->addMenu(tr("Re&cent"));
   scale_ = file->addAction(tr("Scale of the mes&h…"), this, &MainWindow::ask_scale);
   scale_->setStatusTip(tr("Reads a mesh without a scene again, in another unit"));
@@ -313,6 +319,7 @@ void MainWindow::update_actions() {
   scene_->tree()->setEnabled(live);
   scene_->inspector()->setEnabled(live);
   vertex_->set_editable(live);
+  update_results_actions();
 }
 
 void MainWindow::update_recent_files() {

@@ -15,6 +15,7 @@
 #include "viewer/gui/chart/live_chart.h"
 #include "viewer/gui/panels/drawing_panel.h"
 #include "viewer/gui/panels/vertex_panel.h"
+#include "viewer/gui/results/comparison.h"
 #include "viewer/gui/scene/scene_panels.h"
 #include "viewer/gui/transport/transport_bar.h"
 
@@ -40,21 +41,20 @@ void MainWindow::open(const QString& path, std::optional<double> scale) {
     messages_->show_message(MessageStrip::Kind::kWarning,
                             tr("%1 is still being read.").arg(opening_path_));
   } else if (may_lose_edits()) {
-    begin_opening(path, scale);
+    begin_opening(
+        path, std::async(std::launch::async, open_file, path.toLocal8Bit().toStdString(), scale));
   }
 }
 
-void MainWindow::begin_opening(const QString& path, std::optional<double> scale) {
+void MainWindow::begin_opening(const QString& path, std::future<Opened> reading) {
   opening_path_ = path;
-  opening_ = std::async(std::launch::async, open_file, path.toLocal8Bit().toStdString(), scale);
+  opening_ = std::move(reading);
   statusBar()->showMessage(tr("Reading %1…").arg(path));
 }
 
 void MainWindow::open_from_start(const QString& path, std::future<Opened> reading) {
-  opening_path_ = path;
-  opening_ = std::move(reading);
   needs_file_ = true;
-  statusBar()->showMessage(tr("Reading %1…").arg(path));
+  begin_opening(path, std::move(reading));
 }
 
 void MainWindow::finish_opening() {
@@ -64,13 +64,18 @@ void MainWindow::finish_opening() {
   try {
     Opened opened = opening_.get();
     const std::optional<double> mesh_scale = opened.mesh_scale;
+    const bool has_body = opened.replay || opened.simulation;
     if (opened.replay) {
+      if (opens_result_) keep_simulation();
       show_replay(std::move(opened.replay), std::move(opened.shape));
-    } else {
+    } else if (opened.simulation) {
       show_simulation(std::move(opened));
     }
-    path_ = path;
-    mesh_scale_ = mesh_scale;
+    if (has_body) {
+      path_ = path;
+      mesh_scale_ = mesh_scale;
+    }
+    show_results(opened, path, has_body);
     if (mesh_scale) show_mesh_message();
     remember_file(QFileInfo(path).absoluteFilePath());
     update_title();
@@ -78,6 +83,7 @@ void MainWindow::finish_opening() {
     show_error(QString::fromUtf8(error.what()));
     if (needed) emit could_not_open(std::current_exception());
   }
+  opens_result_ = false;
   update_actions();
 }
 
@@ -118,6 +124,7 @@ void MainWindow::ask_scale() {
 // Asks the user what to do with edits that are not saved. Returns false if the user does not want to
 // lose them and has not saved them.
 bool MainWindow::may_lose_edits() {
+  if (kept_ && kept_->opened.simulation->edited_since(kept_->saved_edits)) back_to_simulation();
   if (!simulation_ || !simulation_->edited_since(saved_edits_)) return true;
   QMessageBox box(QMessageBox::Question, tr("Save the edits?"),
                   tr("Edits made by hand, the last of them “%1”, are not saved. “Save” writes the "
@@ -141,6 +148,7 @@ void MainWindow::reload() {
 
 void MainWindow::show_replay(std::unique_ptr<Replay> replay,
                              std::shared_ptr<const BodyShape> shape) {
+  if (!opens_result_) end_results();
   edits_.reset();
   scene_->set_simulation(nullptr);
   simulation_.reset();
@@ -148,7 +156,8 @@ void MainWindow::show_replay(std::unique_ptr<Replay> replay,
   replay_ = std::move(replay);
   begin_body(replay_->mesh(), std::move(shape));
   transport_->begin_replay(replay_->times(), replay_->kind());
-  chart_->set_probes(replay_->probes(), replay_->kind());
+  const bool is_mode = replay_->kind() == RunKind::kMode;  // without a chart
+  chart_->set_probes(replay_->probes(), is_mode ? RunKind::kMotion : replay_->kind());
   chart_->append(replay_->history());
   show_frame(0);
 }
@@ -158,9 +167,11 @@ void MainWindow::show_document(Document document) {
 }
 
 void MainWindow::show_simulation(Opened opened) {
+  end_results();
   edits_.reset();
   scene_->set_simulation(nullptr);
   replay_.reset();
+  kept_.reset();
   simulation_ = std::move(opened.simulation);
   edits_ = std::make_unique<VertexEdits>(*simulation_);
   saved_edits_ = 0;
@@ -200,6 +211,7 @@ void MainWindow::begin_body(const TetMesh& mesh, std::shared_ptr<const BodyShape
   edit_warnings_.clear();
   after_new_body_ = {};
   stop_recording();  // may show a message
+  comparison_->begin({}, nullptr, nullptr);
   chart_->clear();
   shown_generation_ = 0;
   shown_history_ = 0;
