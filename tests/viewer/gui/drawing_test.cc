@@ -166,6 +166,26 @@ TEST_F(Drawing, ARestartAndFitNowFitTheColoursOfThatMoment) {
   EXPECT_EQ(high(), fitted);
 }
 
+TEST_F(Drawing, ABodyWithoutColoursHasNoBar) {
+  show(falling_beam());
+  // Dark pixels of numbers and title beside the body.
+  const auto has_bar = [this] {
+    const QImage image = picture();
+    int dark = 0;
+    for (int x = image.width() - 100; x < image.width() - 10; ++x) {
+      for (int y = image.height() / 4; y < 3 * image.height() / 4; ++y) {
+        if (qGray(image.pixel(x, y)) < 90) ++dark;
+      }
+    }
+    return dark > 50;
+  };
+  EXPECT_FALSE(has_bar());
+  run_to(0.05);
+  EXPECT_TRUE(has_bar());
+  press_and_settle(Qt::Key_R);
+  EXPECT_FALSE(has_bar());
+}
+
 TEST_F(Drawing, ClipPlaneHidesOneSide) {
   show_beam();
   const auto front = [this](const Vector3& point) {
