@@ -12,15 +12,6 @@ namespace {
 
 class Drawing : public WindowTest {
  protected:
-  // The panel with a beam at rest.
-  void show_beam() {
-    show(quiet_beam());
-    raise("dock_drawing");
-  }
-  QImage picture() {
-    wait(50);
-    return window_->body_view()->picture();
-  }
   double low() { return window_->body_view()->color_low(); }
   double high() { return window_->body_view()->color_high(); }
   const DrawingSettings& drawing() { return window_->body_view()->drawing(); }
