@@ -238,6 +238,13 @@ std::string title_of_section(const std::string& section) {
   return in_words(section) + (is_list(section) ? "s" : "");
 }
 
+std::string title_of_entry(const EntryPlace& place) {
+  std::string title = title_of_section(place.section);
+  if (!is_list(place.section)) return title;
+  if (title.ends_with("s")) title.pop_back();
+  return title + " " + std::to_string(place.index);
+}
+
 std::vector<OutlineGroup> outline(const Json& scene) {
   std::vector<OutlineGroup> groups;
   Json tables = scene;

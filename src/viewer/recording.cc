@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <span>
 #include <utility>
 
 #include "viewer/edits/event_edits.h"
@@ -55,6 +56,7 @@ void Recording::add(const Session& session, const Edit& edit, const std::string&
   data_.entries.push_back(
       {session.step_number(), session.time(), session.time_step(), edit, note, by_user});
   data_.counts = counts_of(session);
+  data_.present = present_entries(session);
 }
 
 void Recording::move_to(const Session& session) {
@@ -62,6 +64,7 @@ void Recording::move_to(const Session& session) {
   data_.step = session.step_number();
   data_.time = session.time();
   data_.counts = counts_of(session);
+  data_.present = present_entries(session);
   if (data_.entries.empty()) data_.first_time_step = session.time_step();
 }
 
@@ -138,6 +141,10 @@ void Recording::add_events_to_come(Scene& scene) const {
     event.edits.clear();
     for (const Edit& edit : data_.start.event[i].edits) {
       std::optional<Edit> translated = numbering.translated(edit);
+      if (translated && changes_what_was_removed(edit, *translated, data_.present,
+                                                 std::span(data_.start.event).first(i + 1))) {
+        translated.reset();
+      }
       if (translated && !data_.entries.empty()) {
         translated = with_present_settings(*translated, data_.start.event[i], present);
       }

@@ -31,6 +31,7 @@ class Recording {
     double time = 0.0;
     double first_time_step = 0.0;
     ForEachList<std::size_t> counts{};
+    EntryNumbers present{};  ///< present_entries()
     std::size_t events_made = 0;
     Numbering numbering{Scene()};
   };

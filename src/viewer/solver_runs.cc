@@ -96,6 +96,7 @@ void SolverThread::continue_run(std::vector<Run>& from, std::vector<Run>& others
   engine_->release();
   Run next = std::move(from.back());
   const std::size_t kept_edits = next.kept_edits;
+  const bool is_other_scene = next.scene != scene_;
   if (next.engine) {
     others.push_back(leave_run(next.what, next.parted));
     // What both runs have in common is kept in any case.
@@ -118,7 +119,7 @@ void SolverThread::continue_run(std::vector<Run>& from, std::vector<Run>& others
   }
   kept_edits_ = std::min(kept_edits, engine_->edits().undo_count());
   from.pop_back();
-  ++run_changes_;
+  if (is_other_scene) ++run_changes_;  // a restart is no edit, and neither is its undo
   limit_memory();
 }
 
@@ -183,8 +184,7 @@ bool SolverThread::continue_shown() {
   Run past = leave_run(what, step);
   past.engine->forget_undone();
   take(fresh);
-  const std::vector<MadeEdit> made =
-      engine_->restore(*kept, past.recording, past.engine->session().edits(), what);
+  const std::vector<MadeEdit> made = engine_->restore(*kept, past.recording, *past.engine, what);
   // Beyond the end the user has let the run go on before.
   passed_end_ = engine_->is_at_end(kept->state.time);
   speed_limiter_.restart(session().time());

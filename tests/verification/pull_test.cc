@@ -3,7 +3,7 @@
 #include <numbers>
 #include <numeric>
 
-#include "support/corner_scenes.h"
+#include "support/soft_cube.h"
 #include "tetraction/simulation/equilibrium.h"
 #include "tetraction/solver/normal_modes.h"
 
@@ -15,10 +15,6 @@ using namespace testing_support;
 constexpr double kStiffness = 800.0;
 constexpr double kDamping = 16.0;
 constexpr double kEnd = 0.3;
-
-TetMesh cube_mesh() {
-  return generate_box({0.2, 0.2, 0.2}, {2, 2, 2});
-}
 
 std::vector<std::int64_t> all_vertices(const TetMesh& mesh) {
   std::vector<std::int64_t> numbers(static_cast<std::size_t>(mesh.vertex_count()));
@@ -35,17 +31,13 @@ Vector3 center(const Session& session) {
   return sum / mass.sum();
 }
 
-class Pull : public testing::TestWithParam<RuleWithSolver> {
+class Pull : public SoftCube {
  protected:
-  Scene cube(double step, double end) const {
-    Scene scene = scene_of(elastic(5e4, 0.3));
-    scene.time = {GetParam().integrator, step, false, end};
-    scene.solver = GetParam().solver;
-    scene.solver.tolerance = 1e-10;
+  Scene pulled_cube(double step, double end) const {
+    Scene scene = cube(step, end);
     scene.pull = {all_vertices(cube_mesh()), {0.1, 0.0, 0.05}, kStiffness, kDamping};
     return scene;
   }
-  bool has_second_order() const { return order(GetParam().integrator) == 2; }
 };
 
 INSTANTIATE_TEST_SUITE_P(All, Pull, testing::ValuesIn(rules_with_solvers()), name_with_solver);
@@ -54,7 +46,7 @@ INSTANTIATE_TEST_SUITE_P(All, Pull, testing::ValuesIn(rules_with_solvers()), nam
 // its way from the target falls as e^(−γt) (cos ωt + γ/ω sin ωt).
 TEST_P(Pull, MovesABodyAsADampedOscillator) {
   const auto run = [&](double step) {
-    const Scene scene = cube(step, kEnd);
+    const Scene scene = pulled_cube(step, kEnd);
     if (GetParam().solver.kind == "ceres") {
       expect_error([&] { Session session(scene, cube_mesh()); }, {"\"pull\"", "Ceres"});
       return 0.0;

@@ -16,14 +16,6 @@ const Vector3 kFront(1.125, 0.18, 0.3), kTop(0.525, 0.3, 0.18), kEnd(1.2, 0.18, 
 
 class Picture : public WindowTest {
  protected:
-  void show_beam() {
-    show(quiet_beam());
-    raise("dock_drawing");
-  }
-  QImage picture() {
-    wait(50);
-    return window_->body_view()->picture();
-  }
   BodyView& view() { return *window_->body_view(); }
   void draw(const std::function<void(DrawingSettings&)>& change) {
     DrawingSettings drawing = view().drawing();

@@ -158,6 +158,7 @@ bool ColorBar::follow(const std::vector<float>& values) {
     low_ = middle ? *middle - floor : 0.0;
     high_ = middle ? *middle + floor : floor;
     show_range();
+    bar_->VisibilityOff();  // the body is grey
     return false;
   }
   bar_->VisibilityOn();

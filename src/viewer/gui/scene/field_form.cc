@@ -1,5 +1,6 @@
 #include "field_form.h"
 
+#include <QApplication>
 #include <QLabel>
 #include <QPushButton>
 #include <QVBoxLayout>
@@ -51,8 +52,10 @@ void FieldForm::show_fields(const std::vector<Field>& fields) {
   }
   shape += choices_.selected.is_null() ? "" : "+";
   if (shape != std::exchange(shape_, shape)) {
-    const QWidget* focus = focusWidget();
-    const QString focused = focus != nullptr ? focus->objectName() : QString();
+    // Not focusWidget(), which is the last field that had the keyboard.
+    const QWidget* focus = QApplication::focusWidget();
+    const bool is_here = focus != nullptr && isAncestorOf(focus);
+    const QString focused = is_here ? focus->objectName() : QString();
     rows_.clear();
     delete std::exchange(page_, new QWidget(this));
     layout()->addWidget(page_);

@@ -76,14 +76,28 @@ ScenePanels::ScenePanels(QWidget* parent)
     emit about_to_change();
     tell(work(*place));
   };
-  connect(tree_, &SceneTree::delete_wanted, this, [this, with_chosen] {
-    with_chosen([this](const EntryPlace& place) { return editor_->remove(place); });
+  // An event of the scene cannot change an entry that is not there.
+  const auto take_away = [this, with_chosen](const QString& how, const auto& work) {
+    with_chosen([&](const EntryPlace& place) {
+      const std::string events = editor_->events_that_change(place);
+      std::string refusal = work(place);
+      if (refusal.empty() && !events.empty()) {
+        emit refused(
+            tr("%1 is %2, and what %3 would change of it is not made. Undo brings it back.")
+                .arg(from_utf8(title_of_entry(place)), how, from_utf8(events)));
+      }
+      return refusal;
+    });
+  };
+  connect(tree_, &SceneTree::delete_wanted, this, [this, take_away] {
+    take_away(tr("deleted"), [this](const EntryPlace& place) { return editor_->remove(place); });
   });
   connect(tree_, &SceneTree::duplicate_wanted, this, [this, with_chosen] {
     with_chosen([this](const EntryPlace& place) { return editor_->duplicate(place); });
   });
-  connect(tree_, &SceneTree::off_wanted, this, [this, with_chosen] {
-    with_chosen([this](const EntryPlace& place) { return editor_->switch_off(place); });
+  connect(tree_, &SceneTree::off_wanted, this, [this, take_away] {
+    take_away(tr("switched off"),
+              [this](const EntryPlace& place) { return editor_->switch_off(place); });
   });
   connect(tree_, &SceneTree::rename_wanted, this, [this, with_chosen](const QString& name) {
     with_chosen([&](const EntryPlace& place) {
@@ -125,11 +139,6 @@ void ScenePanels::tell(const std::string& refusal) {
   if (editor_) tree_->show_scene(*editor_);
 }
 
-Json ScenePanels::usual_selection() const {
-  const Json selected = choices().selected;
-  return selected.is_null() ? Json{{"all", true}} : selected;
-}
-
 FieldForm::Choices ScenePanels::choices() const {
   FieldForm::Choices choices;
   const TetMesh& mesh = simulation_->mesh();
@@ -151,10 +160,19 @@ void ScenePanels::add(const QString& section) {
   if (!editor_) return;
   emit about_to_change();
   SceneChange add = addition_to(section.toStdString());
-  add.select = usual_selection();
+  const Json selected = choices().selected;
+  add.select = editor_->usual_selection(add.place.section, selected);
   const std::string refusal = editor_->change(add);
   tell(refusal);
-  if (refusal.empty()) addition_ = {add.place.section, names_of(add.place.section)};
+  if (!refusal.empty()) return;
+  addition_ = {add.place.section, names_of(add.place.section)};
+  if (!selected.is_null() && add.select != selected) {
+    emit refused(
+        tr("The selected vertices are not all those of any triangle of the surface or tetrahedron, "
+           "so the new "
+           "entry acts on %1. Its selection can be changed in the inspector.")
+            .arg(add.select.contains("all") ? tr("the whole body") : tr("the whole surface")));
+  }
 }
 
 std::vector<std::string> ScenePanels::names_of(const std::string& section) const {
@@ -180,7 +198,7 @@ QString ScenePanels::change(const FieldForm::Path& path, const Json& value,
                             const InputStage& stage) {
   if (!editor_ || !shown_) return {};
   SceneChange change{SceneChange::Kind::kSet, *shown_, path, value};
-  change.select = usual_selection();
+  change.select = editor_->usual_selection(shown_->section, choices().selected);
   // The run is set up again at the end of a drag only.
   if (stage.goes_on && editor_->sets_up_again(change).value_or(false)) return {};
   emit about_to_change();

@@ -39,7 +39,7 @@ class ScenePanels : public QObject {
   void chosen();
   /// The user has finished a number.
   void finished();
-  /// A change is not possible, and no field can show the reason.
+  /// A change is not possible, and no field can show the reason; or the user has to know what it does besides.
   void refused(const QString& message);
 
  private:
@@ -49,7 +49,6 @@ class ScenePanels : public QObject {
   void tell(const std::string& refusal);
   void add(const QString& section);
   FieldForm::Choices choices() const;
-  Json usual_selection() const;
 
   Simulation* simulation_ = nullptr;
   std::unique_ptr<SceneEditor> editor_;

@@ -40,6 +40,15 @@ void MainWindow::make_docks() {
     text->setAlignment(Qt::AlignTop);
     pages->addWidget(panel);
     pages->addWidget(text);
+    // The text may be narrower than the panel.
+    const auto fit = [pages](int shown) {
+      for (int i = 0; i < pages->count(); ++i) {
+        const auto policy = i == shown ? QSizePolicy::Preferred : QSizePolicy::Ignored;
+        pages->widget(i)->setSizePolicy(policy, policy);
+      }
+    };
+    connect(pages, &QStackedWidget::currentChanged, pages, fit);
+    fit(0);
     live_pages_.push_back(pages);
     return pages;
   };

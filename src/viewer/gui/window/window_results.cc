@@ -265,7 +265,7 @@ void MainWindow::keep_simulation() {
   edits_->release();
   simulation_->pause();
   stop_recording();
-  kept_ = Kept{{}, path_, saved_edits_};
+  kept_ = Kept{{}, path_, saved_edits_, is_restored_};
   kept_->opened.off = scene_->off();
   kept_->opened.mesh_scale = mesh_scale_;
   edits_.reset();
@@ -284,6 +284,8 @@ void MainWindow::back_to_simulation() {
   path_ = kept.path;
   mesh_scale_ = scale;
   saved_edits_ = kept.saved_edits;
+  is_restored_ = kept.is_restored;
+  kept_edits_ = simulation_->edit_count() + 1;  // so that they are kept again
   update_title();
   update_actions();
 }
