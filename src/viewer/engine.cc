@@ -173,6 +173,11 @@ void Engine::edit(Edit edit, const std::string& what, bool continues_previous) {
   if (entry && entry->adds) newest_[entry->list] = before[entry->list];
 }
 
+void Engine::change_other(const std::string& what, const std::function<void(bool)>& act) {
+  edits_->make_other(what, act);
+  ++edit_count_;
+}
+
 void Engine::undo() {
   require_good_state();
   release();  // a drag is undone as a whole

@@ -208,6 +208,18 @@ void EditHistory::make(const Edit& edit, const std::string& what, bool continues
   can_continue_ = true;
 }
 
+void EditHistory::make_other(const std::string& what, const std::function<void(bool)>& act) {
+  act(true);
+  Entry entry;
+  entry.what = what;
+  entry.act = act;
+  undo_.push_back(std::move(entry));
+  if (undo_.size() > kMostEntries) drop_oldest_entry();
+  before_last_.reset();
+  redo_.clear();
+  can_continue_ = false;
+}
+
 void EditHistory::make_all(const std::vector<Edit>& edits, const std::string& what, Entry& entry,
                            bool all_or_none) {
   try {
@@ -312,7 +324,11 @@ void EditHistory::undo() {
   before_last_.reset();
   const std::string what = "undo: " + undo_.back().what;
   Entry done;
-  revert(undo_.back(), what, done);
+  if (undo_.back().act) {
+    undo_.back().act(false);
+  } else {
+    revert(undo_.back(), what, done);
+  }
   redo_.push_back(std::move(undo_.back()));
   undo_.pop_back();
   can_continue_ = false;
@@ -328,7 +344,12 @@ void EditHistory::redo() {
   if (redo_.empty()) return;
   before_last_.reset();
   Entry entry;
-  make_all(redo_.back().edits, redo_.back().what, entry);
+  if (redo_.back().act) {
+    redo_.back().act(true);
+    entry = std::move(redo_.back());
+  } else {
+    make_all(redo_.back().edits, redo_.back().what, entry);
+  }
   redo_.pop_back();
   undo_.push_back(std::move(entry));
   can_continue_ = false;
@@ -356,9 +377,7 @@ std::vector<MadeEdit> EditHistory::edits_in_effect() const {
 }
 
 void EditHistory::stepped() {
-  for (auto entry = undo_.rbegin(); entry != undo_.rend() && entry->state; ++entry) {
-    entry->state.reset();
-  }
+  for (Entry& entry : undo_) entry.state.reset();
 }
 
 }  // namespace tetraction::viewer

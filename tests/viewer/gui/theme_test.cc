@@ -4,6 +4,7 @@
 #include <vtkTextProperty.h>
 
 #include <QFile>
+#include <QMap>
 #include <QMenu>
 #include <QToolButton>
 #include <algorithm>
@@ -118,6 +119,25 @@ TEST_F(Themes, ToolTipsNameTheShortcuts) {
         << button->toolTip().toStdString();
   }
   EXPECT_GE(buttons, 8);
+}
+
+TEST_F(Themes, EachActionHasAShortcutThatItsToolTipNames) {
+  show(quiet_beam());
+  QMap<QString, QString> taken;
+  for (const QAction* action : window_->findChildren<QAction*>()) {
+    const QString text = action->text();
+    if (action->menu() != nullptr || action->isSeparator() || text.isEmpty()) continue;
+    if (!action->isVisible() || action->parent() == find<QMenu>("groups")) continue;
+    const QString key = action->shortcut().toString(QKeySequence::NativeText);
+    EXPECT_FALSE(key.isEmpty()) << text.toStdString();
+    EXPECT_TRUE(action->toolTip().contains(key)) << action->toolTip().toStdString();
+    // One of the two actions that go back is enabled.
+    if (key != QStringLiteral("B")) {
+      EXPECT_FALSE(taken.contains(key)) << text.toStdString() << ", " << taken[key].toStdString();
+    }
+    taken[key] = text;
+  }
+  EXPECT_GE(taken.size(), 50);
 }
 
 TEST_F(Themes, TheLayoutIsReset) {

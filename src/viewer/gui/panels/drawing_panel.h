@@ -28,6 +28,8 @@ class DrawingPanel : public QWidget {
   const DrawingSettings& drawing() const { return drawing_; }
   /// Shows the present range of the colours.
   void show_range(double low, double high);
+  /// Shows the range and the fields in the present units.
+  void show_units();
   /// Turns the light by these angles, degrees to the right and up.
   void turn_light(double azimuth, double elevation);
   void save(QSettings& settings) const;
