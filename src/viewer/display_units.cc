@@ -15,10 +15,7 @@
 namespace tetraction::viewer {
 namespace {
 
-UnitSystem& present() {
-  static UnitSystem system = UnitSystem::kPrefixes;
-  return system;
-}
+UnitSystem chosen_system = UnitSystem::kPrefixes;
 
 // What stands in place of an SI unit in the systems kMillimetres and kMicrometres.
 struct Row {
@@ -61,12 +58,8 @@ Json moved(Json value, int power) {
 
 }  // namespace
 
-UnitSystem unit_system() {
-  return present();
-}
-
 void set_unit_system(UnitSystem system) {
-  present() = system;
+  chosen_system = system;
 }
 
 double DisplayUnit::from_si(double value) const {
@@ -86,8 +79,8 @@ Json DisplayUnit::to_si(const Json& value) const {
 }
 
 DisplayUnit display_unit(const std::string& unit) {
-  if (present() < UnitSystem::kMillimetres) return {0, unit};
-  const std::size_t column = present() == UnitSystem::kMillimetres ? 0 : 1;
+  if (chosen_system < UnitSystem::kMillimetres) return {0, unit};
+  const std::size_t column = chosen_system == UnitSystem::kMillimetres ? 0 : 1;
   DisplayUnit shown;
   int sign = 1;
   for (auto at = unit.begin(); at != unit.end();) {
@@ -118,7 +111,7 @@ DisplayUnit display_unit(const std::string& unit) {
 DisplayUnit display_unit(const std::string& unit, double size) {
   static constexpr std::array kPrefixes{"n", "µ", "m", "", "k", "M", "G", "T"};
   constexpr int kNone = 3;
-  if (present() != UnitSystem::kPrefixes) return display_unit(unit);
+  if (chosen_system != UnitSystem::kPrefixes) return display_unit(unit);
   if (unit.empty() || unit.starts_with("kg") || !(size > 0.0) || !std::isfinite(size)) {
     return {0, unit};
   }

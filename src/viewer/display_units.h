@@ -11,7 +11,6 @@ namespace tetraction::viewer {
 /// others are consistent systems: m, kg, s; mm, g, ms (N, MPa); and µm, pg, µs (nN, kPa).
 enum class UnitSystem { kPrefixes, kMetres, kMillimetres, kMicrometres };
 
-UnitSystem unit_system();
 /// For the whole program. Only the thread of the window may use the functions of this file.
 void set_unit_system(UnitSystem system);
 

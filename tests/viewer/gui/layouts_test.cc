@@ -38,7 +38,7 @@ class Layouts : public WindowTest {
   QRect bar() {
     auto* canvas = static_cast<VtkWidget*>(window_->body_view()->canvas());
     auto* gutter =
-        vtkRenderer::SafeDownCast(canvas->renderWindow()->GetRenderers()->GetItemAsObject(1));
+        vtkRenderer::SafeDownCast(canvas->renderWindow()->GetRenderers()->GetItemAsObject(2));
     const double left = gutter->GetViewport()[0] * canvas->width();
     const QPoint corner =
         canvas->mapTo(window_.get(), QPoint(static_cast<int>(std::lround(left)), 0));

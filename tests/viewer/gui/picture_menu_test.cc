@@ -109,7 +109,9 @@ TEST_F(PictureMenu, AProbeOfAVertexHasACurve) {
   const auto* tabs = find<QTabBar>("chart_tabs");
   EXPECT_TRUE(wait_for(
       [&] { return tabs->tabText(tabs->currentIndex()) == QStringLiteral("Probes"); }, 3000));
-  make_edit(SetMomentum{{SelectAll{}, Vector3(0.0, 0.01, 0.0)}}, "kick");
+  MomentumSettings kick;
+  kick.value = Vector3(0.0, 0.01, 0.0);
+  make_edit(SetMomentum{kick}, "kick");
   press_and_settle(Qt::Key_S);
   ASSERT_TRUE(wait_for([&] { return window_->chart()->row_count() == 2; }, 3000));
   const Vector3 rest = window_->simulation()->mesh().vertices[static_cast<std::size_t>(tip_)];

@@ -34,7 +34,7 @@ enum class RunKind { kMotion, kEquilibrium };
 /// The title of an axis with the unit in which it is shown.
 std::string axis_title(const std::string& axis, const std::string& unit);
 
-/// The kinds of a motion: energy, energy balance, energy error, linear momentum, angular momentum, iterations. An
+/// The kinds of a motion: energy, balance, energy error, momentum, angular momentum, iterations. An
 /// equilibrium has energy without the kinetic part, and iterations.
 const std::vector<ChartKind>& chart_kinds(RunKind run = RunKind::kMotion);
 

@@ -61,7 +61,7 @@ SceneTree::SceneTree(QWidget* parent) : QTreeWidget(parent) {
   setObjectName(QStringLiteral("scene_tree"));
   setColumnCount(2);
   setHeaderHidden(true);
-  setIndentation(16);
+  setIndentation(14);
   setEditTriggers(NoEditTriggers);
   setExpandsOnDoubleClick(false);
   setUniformRowHeights(true);
@@ -71,7 +71,7 @@ SceneTree::SceneTree(QWidget* parent) : QTreeWidget(parent) {
   header()->setMinimumSectionSize(24);
   header()->resizeSection(1, 28);
   setTextElideMode(Qt::ElideRight);
-  setMinimumWidth(144);
+  setMinimumWidth(164);
   connect(this, &QTreeWidget::currentItemChanged, this, [this] {
     if (filling_) return;
     to_choose_.reset();

@@ -18,7 +18,7 @@ namespace tetraction::viewer {
 namespace {
 
 constexpr int kGap = 8;
-constexpr int kTimeSize = 22;             // of the figures, pixels
+constexpr int kTimeSize = 20;             // of the figures, pixels
 constexpr int kTick_ms = 20;              // of a replay
 constexpr double kUsualDuration_s = 5.0;  // of a replay at the speed that is chosen for it
 
@@ -169,6 +169,8 @@ void TransportBar::show(double time, const QString& details) {
   const QString number =
       QString::number(unit.from_si(time), 'f', std::max(0, std::clamp(digits, 4, 6) + unit.power));
   time_->setText((number + QLatin1Char(' ') + QString::fromStdString(unit.text)).trimmed());
+  // It grows with the number, so that the buttons beside it rarely move.
+  time_->setMinimumWidth(std::max(time_->minimumWidth(), time_->sizeHint().width()));
   details_->setText(details);
   timeline_->show_time(time);
 }

@@ -114,7 +114,8 @@ void MainWindow::add_documents(QMenu* help) {
     const auto add = [&](const QString& name, const char* file, const QKeySequence& key) {
       const QUrl url = QUrl::fromLocalFile(documents.canonicalPath() + QLatin1String(file));
       help->addAction(
-          name, this, [url] { QDesktopServices::openUrl(url); }, key);
+              name, this, [url] { QDesktopServices::openUrl(url); }, key)
+          ->setData(url);
     };
     add(tr("The &window"), "/viewer.md", QKeySequence(tr("Shift+F1")));
     add(tr("&Scenes"), "/scene.md", QKeySequence(tr("Ctrl+F1")));
