@@ -169,10 +169,15 @@ void Engine::edit(Edit edit, const std::string& what, bool continues_previous) {
   if (entry && entry->adds) newest_[entry->list] = before[entry->list];
 }
 
+void Engine::change_other(const std::string& what, const std::function<void(bool)>& act) {
+  edits_->make_other(what, act);
+  ++edit_count_;
+}
+
 void Engine::undo() {
   require_good_state();
   release();  // a drag is undone as a whole
-  if (before_.empty()) {
+  if (before_.empty() || edits_->undoes_other()) {
     edits_->undo();
   } else {
     take_back();
@@ -201,10 +206,10 @@ void Engine::take_back() {
 void Engine::redo() {
   require_good_state();
   release();
-  std::shared_ptr<const KeptState> state = kept_state();
+  std::shared_ptr<const KeptState> state = edits_->redoes_other() ? nullptr : kept_state();
   const std::size_t count = edits_->undo_count();
   edits_->redo();
-  if (edits_->undo_count() > count) before_.push_back(std::move(state));
+  if (state && edits_->undo_count() > count) before_.push_back(std::move(state));
   ++edit_count_;
 }
 

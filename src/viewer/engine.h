@@ -2,6 +2,7 @@
 // and their recording.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <optional>
 #include <set>
@@ -34,6 +35,8 @@ class Engine {
 
   /// If one of these functions throws InputError, nothing has changed.
   void edit(Edit edit, const std::string& what, bool continues_previous);
+  /// EditHistory::make_other().
+  void change_other(const std::string& what, const std::function<void(bool)>& act);
   void undo();
   void redo();
   /// A drag with the mouse: grab() begins it, drag_to() moves the first vertex to a position (m) in

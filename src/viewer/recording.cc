@@ -1,11 +1,14 @@
 #include "recording.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <span>
 #include <utility>
 
+#include "tetraction/core/error.h"
 #include "viewer/edits/event_edits.h"
 
 namespace tetraction::viewer {
@@ -48,6 +51,17 @@ void Recording::begin(const Scene& scene) {
 std::size_t Recording::entry_count() const {
   const std::lock_guard lock(mutex_);
   return data_.entries.size();
+}
+
+void Recording::add(const NamedSelection& named) {
+  const std::lock_guard lock(mutex_);
+  const auto known = std::ranges::find(data_.start.selection, named.name, &NamedSelection::name);
+  if (known == data_.start.selection.end()) {
+    data_.start.selection.push_back(named);
+  } else if (!(known->select == named.select)) {
+    throw InputError(fmt::format(
+        "The name \"{}\" was used in this run already: choose another one.", named.name));
+  }
 }
 
 void Recording::add(const Session& session, const Edit& edit, const std::string& note,

@@ -98,6 +98,12 @@ void Simulation::set_up(Scene scene, std::string what) {
                      },
                      true});
 }
+void Simulation::add_selection(NamedSelection named, std::string what) {
+  impl_->send(Action{[named = std::move(named), what = std::move(what)](SolverThread& solver) {
+                       solver.add_selection(named, what);
+                     },
+                     true});
+}
 std::optional<std::string> Simulation::take_refusal() {
   return std::exchange(impl_->lock()->refusal, {});
 }

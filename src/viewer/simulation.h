@@ -124,7 +124,10 @@ class Simulation {
   /// have to be in that scene (edited_scene()). If the scene cannot be set up, nothing changes, and
   /// take_refusal() has the reason.
   void set_up(Scene scene, std::string what);
-  /// Why set_up() did not succeed. No value if there is no news.
+  /// Adds a named selection to the scene, as one entry of undo(). Nothing uses it yet, so that the run goes on. If
+  /// the name is taken, take_refusal() says so.
+  void add_selection(NamedSelection named, std::string what);
+  /// Why set_up() or add_selection() did not succeed. No value if there is no news.
   std::optional<std::string> take_refusal();
 
   /// Undoes the last edit, restart() or set_up(). After the last two the run is as it was before, with its

@@ -68,7 +68,7 @@ struct SharedState {
   bool snapshot_taken = false;  // whether the window has read the snapshot
   Settings settings;
   std::size_t settings_number = 0;
-  std::optional<std::string> refusal;  // of the last set_up()
+  std::optional<std::string> refusal;  // of the last set_up() or add_selection()
   int set_ups_to_come = 0;             // whose results are not published yet
   HistoryLog history;
   KeptStates kept;
@@ -123,6 +123,7 @@ class SolverThread {
   void reset();
   void go_back();
   void set_up(const Scene& scene, const std::string& what);
+  void add_selection(const NamedSelection& named, const std::string& what);
   void grab(const std::vector<Index>& vertices);
 
  private:

@@ -672,5 +672,55 @@ TEST_F(SceneEditing, EverySceneOfTheProjectIsATree) {
   EXPECT_GT(count, 5);
 }
 
+// A new name changes nothing of the run: it goes on, and edits and their events can use the name.
+TEST_F(SceneEditing, ASelectionGetsANameInTheRunningSession) {
+  make_steps(*simulation_, 3);
+  const std::size_t edits = simulation_->edit_count();
+  SceneChange add = addition_to("selection");
+  add.path = {"corner"};
+  add.value = {{"vertices", {1, 2}}};
+  EXPECT_EQ(editor_->sets_up_again(add), false);
+  make(add);
+  EXPECT_EQ(simulation_->peek()->step, 3);
+  EXPECT_EQ(value({"selection", 0}, {}), add.value);
+  EXPECT_EQ(simulation_->undo_text(), "Named selection added");
+  EXPECT_TRUE(simulation_->edited_since(edits));
+  set({"force", 1}, {"select"}, "corner");
+  EXPECT_EQ(simulation_->peek()->step, 3);
+  make_steps(*simulation_, 2);
+  undo(*simulation_);
+  undo(*simulation_);
+  wait();
+  EXPECT_EQ(editor_->scene().at("selection").size(), 1U);
+  EXPECT_EQ(simulation_->redo_text(), "Named selection added");
+  // The event that used the name is still in the recording, so that no other selection may get it.
+  SceneChange other = add;
+  other.value = {{"vertices", {3}}};
+  EXPECT_EQ(editor_->change(other), "");
+  settle(*simulation_);
+  const auto refusal = simulation_->take_refusal();
+  ASSERT_TRUE(refusal);
+  EXPECT_NE(refusal->find("choose another"), std::string::npos) << *refusal;
+  redo(*simulation_);
+  wait();
+  EXPECT_EQ(value({"selection", 0}, {}), add.value);
+  expect_same_when_saved(4);
+}
+
+TEST_F(SceneEditing, ANameStaysAtARestartAndGoesWithAReload) {
+  make_steps(*simulation_, 2);
+  SceneChange add = addition_to("selection");
+  add.path = {"corner"};
+  make(add);
+  restart(*simulation_);
+  wait();
+  EXPECT_EQ(editor_->scene().at("selection").size(), 2U);
+  EXPECT_TRUE(simulation_->edited_since(0)) << "it is not saved yet";
+  simulation_->reset();
+  wait();
+  EXPECT_EQ(editor_->scene().at("selection").size(), 1U);
+  EXPECT_FALSE(simulation_->edited_since(0));
+}
+
 }  // namespace
 }  // namespace tetraction::viewer

@@ -223,6 +223,19 @@ void EditHistory::make(const Edit& edit, const std::string& what, bool continues
   can_continue_ = true;
 }
 
+void EditHistory::make_other(const std::string& what, const std::function<void(bool)>& act) {
+  act(true);
+  const std::lock_guard lock(mutex_);
+  Entry entry;
+  entry.what = what;
+  entry.act = act;
+  undo_.push_back(std::move(entry));
+  if (undo_.size() > kMostEntries) drop_oldest_entry();
+  before_last_.reset();
+  redo_.clear();
+  can_continue_ = false;
+}
+
 void EditHistory::make_all(const std::vector<Edit>& edits, const std::string& what, Entry& entry,
                            bool all_or_none) {
   try {
@@ -333,10 +346,12 @@ void EditHistory::revert(const Entry& entry, const std::string& what, Entry& don
 
 void EditHistory::undo() {
   if (undo_.empty()) return;
+  if (undo_.back().act) undo_.back().act(false);
   const std::lock_guard lock(mutex_);
-  const std::string what = "undo: " + undo_.back().what;
-  Entry done;
-  revert(undo_.back(), what, done);
+  if (!undo_.back().act) {
+    Entry done;
+    revert(undo_.back(), "undo: " + undo_.back().what, done);
+  }
   to_redo();
 }
 
@@ -363,9 +378,13 @@ void EditHistory::redo() {
   const std::lock_guard lock(mutex_);
   before_last_.reset();
   Entry entry;
-  make_all(redo_.back().edits, redo_.back().what, entry);
-  for (const Edit& edit : redo_.back().edits) {
-    if (is_undone_load(edit)) {
+  if (redo_.back().act) {
+    redo_.back().act(true);
+    entry = std::move(redo_.back());
+  } else {
+    make_all(redo_.back().edits, redo_.back().what, entry);
+    for (const Edit& edit : redo_.back().edits) {
+      if (!is_undone_load(edit)) continue;
       const auto set = *edited_entry(edit);
       std::erase(undone_loads_[set.list], *set.index);
     }
@@ -410,9 +429,7 @@ void EditHistory::remember(std::vector<MadeEdit> made, EntryNumbers undone_loads
 }
 
 void EditHistory::stepped() {
-  for (auto entry = undo_.rbegin(); entry != undo_.rend() && entry->state; ++entry) {
-    entry->state.reset();
-  }
+  for (Entry& entry : undo_) entry.state.reset();
 }
 
 }  // namespace tetraction::viewer

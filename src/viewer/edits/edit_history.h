@@ -40,6 +40,8 @@ class EditHistory {
 
   /// Makes an edit. Throws InputError if the session refuses it; then nothing has changed.
   void make(const Edit& edit, const std::string& what, bool continues_previous);
+  /// Makes a change that is no edit of the session: act(true) makes it, and act(false) takes it back.
+  void make_other(const std::string& what, const std::function<void(bool)>& act);
   /// Undoes or redoes one entry. The functions do nothing if there is none. They throw InputError if
   /// the session refuses an edit in the present state; then nothing has changed.
   void undo();
@@ -68,6 +70,9 @@ class EditHistory {
   /// Whether go_before_last() is possible, and the number of entries that undo() could undo.
   bool knows_state_before_last() const { return before_last_ && !undo_.empty(); }
   std::size_t undo_count() const { return undo_.size(); }
+  /// Whether undo() or redo() would act on a change of make_other().
+  bool undoes_other() const { return !undo_.empty() && undo_.back().act != nullptr; }
+  bool redoes_other() const { return !redo_.empty() && redo_.back().act != nullptr; }
   /// All edits that have not been undone, in their order. Another thread may ask for them.
   std::vector<MadeEdit> edits_in_effect() const;
 
@@ -88,7 +93,8 @@ class EditHistory {
   // A group of edits that are undone together.
   struct Entry {
     std::string what;
-    std::vector<Edit> edits;  // for redo, with the indices of the entries that they added
+    std::function<void(bool)> act;  // of make_other()
+    std::vector<Edit> edits;        // for redo, with the indices of the entries that they added
     std::vector<Before> before;
     // The state before the edits. It is removed when a step is made.
     std::optional<State> state;

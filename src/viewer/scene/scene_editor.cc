@@ -11,6 +11,7 @@
 #include "document/scene_json.h"
 #include "tetraction/core/error.h"
 #include "tetraction/mesh/selection.h"
+#include "viewer/display_units.h"
 
 namespace tetraction::viewer {
 namespace {
@@ -145,26 +146,27 @@ std::string description_of(const SceneChange& change, const Json& scene) {
       break;
   }
   std::string title = change.path.empty() ? "select" : change.path.back();
-  std::string unit;
+  DisplayUnit unit;
   const auto find = [&](const auto& self, const std::vector<Field>& fields) -> void {
     for (const Field& field : fields) {
       if (field.path == change.path) {
         title = field.title;
-        unit = " " + field.unit;
+        unit = display_unit(field.unit);
       }
       self(self, field.fields);
     }
   };
   find(find, fields_of(scene, change.place));
-  const std::string value =
-      change.value.is_null() ? "taken out" : value_text(change.value) + (unit == " " ? "" : unit);
+  std::string value = "taken out";
+  if (!change.value.is_null()) value = value_text(unit.from_si(change.value));
+  if (!change.value.is_null() && !unit.text.empty()) value += " " + unit.text;
   const std::string what = fmt::format("{} {}", title, value);
   return is_list(change.place.section) ? fmt::format("{}: {}", entry, what) : what;
 }
 
 Scene scene_with_edits(const Simulation& simulation) {
-  const std::shared_ptr<const EditedScene> edited = simulation.present().edited;
-  return scene_of_json(edited_json(*edited), edited->scene);
+  const EditedScene edited = simulation.edited_scene();
+  return scene_of_json(edited_json(edited), edited.scene);
 }
 
 SceneEditor::SceneEditor(Simulation& simulation, std::vector<OffEntry> off)
@@ -355,12 +357,20 @@ SceneChange SceneEditor::in_edited_scene(const SceneChange& change,
 SceneEditor::Prepared SceneEditor::prepare(const SceneChange& change) const {
   if (scene_.is_null()) throw InputError("A scene file cannot hold this scene.");
   const SceneChange whole = with_model(change);
-  if (std::optional<Edit> edit = edit_of(whole)) return {std::move(edit), {}};
+  if (std::optional<Edit> edit = edit_of(whole)) return {std::move(edit), {}, {}};
   const EditedScene edited = simulation_.edited_scene();
   ChangedScene changed =
       changed_scene(edited_json(edited), edited.scene, in_edited_scene(whole, edited));
   if (!changed.json["time"].contains("end")) changed.scene.time.end = edited.scene.time.end;
-  return {std::nullopt, std::move(changed.scene)};
+  if (change.kind == SceneChange::Kind::kAdd && change.place.section == kSelections) {
+    for (const NamedSelection& named : changed.scene.selection) {
+      const auto& before = edited.scene.selection;
+      const bool is_new =
+          std::ranges::find(before, named.name, &NamedSelection::name) == before.end();
+      if (is_new) return {{}, named, {}};
+    }
+  }
+  return {{}, {}, std::move(changed.scene)};
 }
 
 std::string SceneEditor::change(const SceneChange& change, bool continues_previous) {
@@ -375,6 +385,8 @@ std::string SceneEditor::change_as(const SceneChange& change, const std::string&
     Prepared prepared = prepare(change);
     if (prepared.edit) {
       simulation_.edit(std::move(*prepared.edit), what, continues_previous);
+    } else if (prepared.named) {
+      simulation_.add_selection(std::move(*prepared.named), what);
     } else {
       simulation_.set_up(std::move(prepared.scene), what);
     }
@@ -386,7 +398,10 @@ std::string SceneEditor::change_as(const SceneChange& change, const std::string&
 
 std::optional<bool> SceneEditor::sets_up_again(const SceneChange& change) const {
   try {
-    return !edit_of(with_model(change));
+    const SceneChange whole = with_model(change);
+    const bool is_named =
+        change.kind == SceneChange::Kind::kAdd && change.place.section == kSelections;
+    return !is_named && !edit_of(whole);
   } catch (const Error&) {
     return std::nullopt;
   }

@@ -12,8 +12,8 @@
 
 namespace tetraction::viewer {
 
-/// Used in the thread of the window. A change for which there is an Edit is made in the running session. Any
-/// other change is made in the scene itself, and the run is set up again from its start.
+/// Used in the thread of the window. A change for which there is an Edit is made in the running session, and so is a
+/// selection that gets a name. Any other change is made in the scene itself, and the run is set up again from its start.
 class SceneEditor {
  public:
   /// `off` are entries that the file of the scene has as switched off.
@@ -55,7 +55,8 @@ class SceneEditor {
                         bool continues_previous = false);
   struct Prepared {
     std::optional<Edit> edit;
-    Scene scene;  // if there is no edit
+    std::optional<NamedSelection> named;  // that is added
+    Scene scene;                          // if there is neither
   };
   Prepared prepare(const SceneChange& change) const;
   std::optional<Edit> edit_of(const SceneChange& change) const;

@@ -286,7 +286,7 @@ TEST_F(Files, ProbesOfARunAreReplayed) {
   const Replay replay(directory);
   ASSERT_EQ(replay.probes().size(), 2U);
   EXPECT_EQ(replay.probes()[0].columns.size(), 3U);
-  EXPECT_EQ(replay.probes()[0].axis, "all: displacement [m]");
+  EXPECT_EQ(axis_title(replay.probes()[0].axis, replay.probes()[0].unit), "all: displacement [m]");
   std::vector<Index> steps;
   for (const HistoryRow& row : replay.history()) {
     steps.push_back(row.step);

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "form_texts.h"
+#include "viewer/display_units.h"
 #include "viewer/scene/entry_facts.h"
 
 namespace tetraction::viewer {
@@ -69,7 +70,8 @@ ScenePanels::ScenePanels(QWidget* parent)
     show_entry();
     emit chosen();
   });
-  connect(tree_, &SceneTree::add_wanted, this, &ScenePanels::add);
+  connect(tree_, &SceneTree::add_wanted, this,
+          [this](const QString& section) { add(section, selected_); });
   const auto with_chosen = [this](const auto& work) {
     const std::optional<EntryPlace> place = tree_->chosen();
     if (!editor_ || !place) return;
@@ -139,6 +141,16 @@ void ScenePanels::tell(const std::string& refusal) {
   if (editor_) tree_->show_scene(*editor_);
 }
 
+// The vertices; null if there are none.
+Json ScenePanels::as_selection(const std::vector<Index>& vertices) const {
+  const TetMesh& mesh = simulation_->mesh();
+  Json ids = Json::array();
+  for (const Index v : vertices) {
+    if (v < mesh.vertex_count()) ids.push_back(mesh.vertex_id(v));  // the mesh may be another one
+  }
+  return ids.empty() ? Json() : Json{{"vertices", ids}};
+}
+
 FieldForm::Choices ScenePanels::choices() const {
   FieldForm::Choices choices;
   const TetMesh& mesh = simulation_->mesh();
@@ -146,27 +158,23 @@ FieldForm::Choices ScenePanels::choices() const {
     choices.names.push_back(name_of_entry(editor_->scene(), {kSelections, i}));
   }
   for (const auto& group : mesh.groups) choices.groups.push_back(group.name);
-  if (!selected_.empty()) {
-    Json ids = Json::array();
-    for (const Index v : selected_) {
-      if (v < mesh.vertex_count()) ids.push_back(mesh.vertex_id(v));  // the mesh may be another one
-    }
-    choices.selected = Json{{"vertices", ids}};
-  }
+  choices.selected = as_selection(selected_);
   return choices;
 }
 
-void ScenePanels::add(const QString& section) {
+void ScenePanels::add(const QString& section, const std::vector<Index>& selected,
+                      const QString& name) {
   if (!editor_) return;
   emit about_to_change();
   SceneChange add = addition_to(section.toStdString());
-  const Json selected = choices().selected;
-  add.select = editor_->usual_selection(add.place.section, selected);
+  const Json vertices = as_selection(selected);
+  add.select = editor_->usual_selection(add.place.section, vertices);
+  if (!name.isEmpty()) add.path = {name.toStdString()};
   const std::string refusal = editor_->change(add);
   tell(refusal);
   if (!refusal.empty()) return;
   addition_ = {add.place.section, names_of(add.place.section)};
-  if (!selected.is_null() && add.select != selected) {
+  if (!vertices.is_null() && add.select != vertices) {
     emit refused(
         tr("The selected vertices are not all those of any triangle of the surface or tetrahedron, "
            "so the new "
@@ -198,7 +206,7 @@ QString ScenePanels::change(const FieldForm::Path& path, const Json& value,
                             const InputStage& stage) {
   if (!editor_ || !shown_) return {};
   SceneChange change{SceneChange::Kind::kSet, *shown_, path, value};
-  change.select = editor_->usual_selection(shown_->section, choices().selected);
+  change.select = editor_->usual_selection(shown_->section, as_selection(selected_));
   // The run is set up again at the end of a drag only.
   if (stage.goes_on && editor_->sets_up_again(change).value_or(false)) return {};
   emit about_to_change();
@@ -257,7 +265,7 @@ void ScenePanels::show_limit(double stable_step) {
   const bool known = stable_step > 0.0 && std::isfinite(stable_step);
   const bool exceeded = known && time.step > stable_step;
   const bool matters = !is_implicit(time.integrator);
-  QString limit = known ? tr("%1 s").arg(QString::number(stable_step, 'g', 4)) : tr("none");
+  QString limit = known ? from_utf8(with_unit(stable_step, "s")) : tr("none");
   if (exceeded) limit += matters ? tr(", exceeded") : tr(", not needed");
   limit_->setText(limit);
   limit_->setStyleSheet(exceeded && matters ? QStringLiteral("color: #b00000; font-weight: bold;")

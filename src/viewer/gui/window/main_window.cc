@@ -80,7 +80,7 @@ MainWindow::MainWindow()
   connect_transport();
   connect_view();
   restore_window();
-  set_drawing(drawing_->drawing());
+  show_units();
   update_title();
 
   since_slow_.start();

@@ -137,8 +137,11 @@ class MainWindow : public QMainWindow {
   void forget_edits();
   void show_mesh_message();
   void show_other_mesh();
+  void show_size();
   void ask_scale();
   bool has_unsaved_edits() const;
+  void name_selection();
+  void probe_selection();
   bool may_lose_edits();
   void offer(const std::shared_ptr<UnsavedScene>& unsaved);
   void restore(const std::shared_ptr<UnsavedScene>& unsaved);
@@ -186,6 +189,8 @@ class MainWindow : public QMainWindow {
 
   // window_looks.cc
   void make_theme_menu();
+  void make_units_menu();
+  void show_units();
   void reset_layout();
   void show_about();
   void add_documents(QMenu* help);
@@ -270,10 +275,10 @@ class MainWindow : public QMainWindow {
   QLabel *status_body_, *status_measure_, *status_recording_, *status_rate_;
   std::vector<QStackedWidget*> live_pages_;  // panels of a simulation, and a text for a replay
 
-  QMenu *view_menu_, *recent_;
-  QAction *undo_, *redo_, *fix_, *unfix_, *run_, *step_, *restart_, *reload_, *go_back_, *back_,
-      *continue_, *compare_, *back_to_simulation_, *cancel_computation_, *scale_, *save_scene_,
-      *record_pictures_, *record_film_, *record_run_;
+  QMenu *view_menu_, *recent_, *picture_menu_;
+  QAction *undo_, *redo_, *fix_, *unfix_, *name_, *probe_, *run_, *step_, *restart_, *reload_,
+      *go_back_, *back_, *continue_, *compare_, *back_to_simulation_, *cancel_computation_, *scale_,
+      *save_scene_, *record_pictures_, *record_film_, *record_run_;
   std::vector<QAction*> compute_;
   std::vector<QAction*> live_only_;  // actions that need a simulation
 };

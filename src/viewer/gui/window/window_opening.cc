@@ -11,6 +11,7 @@
 
 #include "main_window.h"
 #include "opened_file.h"
+#include "viewer/display_units.h"
 #include "viewer/gui/body/body_view.h"
 #include "viewer/gui/chart/live_chart.h"
 #include "viewer/gui/panels/drawing_panel.h"
@@ -30,8 +31,11 @@ QString size_text(const TetMesh& mesh) {
     low = low.cwiseMin(x);
     high = high.cwiseMax(x);
   }
-  const auto n = [&](int axis) { return QString::number(high[axis] - low[axis], 'g', 4); };
-  return QObject::tr("%1 × %2 × %3 m").arg(n(0), n(1), n(2));
+  const DisplayUnit unit = display_unit("m");
+  const auto n = [&](int axis) {
+    return QString::number(unit.from_si(high[axis] - low[axis]), 'g', 4);
+  };
+  return QStringLiteral("%1 × %2 × %3 %4").arg(n(0), n(1), n(2), QString::fromStdString(unit.text));
 }
 
 }  // namespace
@@ -257,11 +261,16 @@ void MainWindow::begin_body(const TetMesh& mesh, std::shared_ptr<const BodyShape
   shown_attraction_ = false;
   view_->set_attraction(false);
   view_->set_body(std::move(shape));
-  status_body_->setText(tr("%1 vertices, %2 tetrahedra, %3")
-                            .arg(static_cast<qlonglong>(mesh.vertex_count()))
-                            .arg(static_cast<qlonglong>(mesh.tetrahedron_count()))
-                            .arg(size_text(mesh)));
+  show_size();
   select({});
+}
+
+void MainWindow::show_size() {
+  if (shown_mesh_ == nullptr) return;
+  status_body_->setText(tr("%1 vertices, %2 tetrahedra, %3")
+                            .arg(static_cast<qlonglong>(shown_mesh_->vertex_count()))
+                            .arg(static_cast<qlonglong>(shown_mesh_->tetrahedron_count()))
+                            .arg(size_text(*shown_mesh_)));
 }
 
 }  // namespace tetraction::viewer
