@@ -141,7 +141,7 @@ TEST_F(Tree, WhatADeletionMeansForEventsIsTold) {
   settle();
   EXPECT_EQ(window_->scene_panels()->tree()->item_of({"fix", 0}), nullptr);
   expect_told(QStringLiteral("what the event at 0.5 s would change"));
-  trigger("undo");
+  window_->simulation()->undo();
   settle();
   EXPECT_NE(window_->scene_panels()->tree()->item_of({"fix", 0}), nullptr);
 }

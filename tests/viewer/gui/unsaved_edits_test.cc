@@ -64,6 +64,7 @@ TEST_F(Unsaved, EditsAreOfferedAfterACrashAndRestored) {
   crash();
   show(quiet_beam());
   window_->offer_unsaved_edits();
+  wait();
   expect_told(QStringLiteral("beam.toml"));
   {
     // Another window does not offer them as long as this one does.
@@ -90,6 +91,7 @@ TEST_F(Unsaved, EditsAreDiscarded) {
   crash();
   show(quiet_beam());
   window_->offer_unsaved_edits();
+  wait();
   QTest::mouseClick(action_button(QStringLiteral("Discard")), Qt::LeftButton);
   EXPECT_TRUE(kept_files().isEmpty());
   EXPECT_EQ(message(), QString());
