@@ -77,11 +77,15 @@ void MainWindow::make_file_menu() {
         if (!path.isEmpty()) open(path);
       },
       QKeySequence(tr("Ctrl+Shift+O")));
-  compare_ = file->addAction(tr("Compare &with run…"), this, [this] {
-    const QString path = QFileDialog::getExistingDirectory(
-        this, tr("Open the output directory of a run beside this one"), QFileInfo(path_).path());
-    if (!path.isEmpty()) open_result(QString::fromStdString(replay_->directory()), path);
-  });
+  compare_ = file->addAction(
+      tr("Compare &with run…"), this,
+      [this] {
+        const QString path = QFileDialog::getExistingDirectory(
+            this, tr("Open the output directory of a run beside this one"),
+            QFileInfo(path_).path());
+        if (!path.isEmpty()) open_result(QString::fromStdString(replay_->directory()), path);
+      },
+      QKeySequence(tr("Ctrl+Alt+C")));
   recent_ = file->addMenu(tr("Re&cent"));
   scale_ = file->addAction(tr("Scale of the mes&h…"), this, &MainWindow::ask_scale,
                            QKeySequence(tr("Ctrl+Shift+M")));

@@ -41,22 +41,26 @@ std::string file_name(const QString& path) {
 
 void MainWindow::make_compute_menu() {
   QMenu* menu = menuBar()->addMenu(tr("&Compute"));
-  const auto add = [&](const QString& text, const QString& tip, ComputationKind kind) {
-    QAction* action = menu->addAction(text, this, [this, kind] { ask_computation(kind); });
+  const auto add = [&](const QString& text, const QString& tip, ComputationKind kind,
+                       const char* shortcut) {
+    QAction* action = menu->addAction(
+        text, this, [this, kind] { ask_computation(kind); }, QKeySequence(tr(shortcut)));
     action->setStatusTip(tip);
     compute_.push_back(action);
   };
   add(tr("&Equilibrium…"), tr("Of the scene with all edits, under its loads at t = 0"),
-      ComputationKind::kEquilibrium);
+      ComputationKind::kEquilibrium, "Ctrl+Alt+E");
   add(tr("Natural &modes…"), tr("Of the scene with all edits; each of them is shown as it swings"),
-      ComputationKind::kModes);
+      ComputationKind::kModes, "Ctrl+Alt+N");
   add(tr("&Study…"), tr("Compares integrators and time steps on the scene with all edits"),
-      ComputationKind::kStudy);
+      ComputationKind::kStudy, "Ctrl+Alt+S");
   menu->addSeparator();
-  cancel_computation_ = menu->addAction(tr("&Cancel"), computation_, &Computation::cancel);
+  cancel_computation_ = menu->addAction(tr("&Cancel"), computation_, &Computation::cancel,
+                                        QKeySequence(tr("Ctrl+Alt+X")));
   cancel_computation_->setObjectName(QStringLiteral("cancel_computation"));
   back_to_simulation_ =
-      menu->addAction(tr("&Back to the simulation"), this, &MainWindow::back_to_simulation);
+      menu->addAction(tr("&Back to the simulation"), this, &MainWindow::back_to_simulation,
+                      QKeySequence(tr("Ctrl+Alt+B")));
   back_to_simulation_->setStatusTip(tr("It was paused when the results were opened"));
 }
 
@@ -94,6 +98,7 @@ void MainWindow::make_results() {
   auto* text = new QLabel(sign);
   text->setObjectName(QStringLiteral("computation_text"));
   auto* cancel = new QPushButton(tr("Cancel"), sign);
+  cancel->setMaximumHeight(text->fontMetrics().height());  // the status bar stays as high as a text
   cancel->setObjectName(QStringLiteral("computation_cancel"));
   cancel->setFocusPolicy(Qt::TabFocus);
   row->addWidget(text);
