@@ -265,7 +265,7 @@ void LiveChart::rebuild() {
     plot->SetInputData(table, 0, y);
     plot->SetColor(static_cast<unsigned char>(r), static_cast<unsigned char>(g),
                    static_cast<unsigned char>(b), 255);
-    plot->SetWidth(width);
+    plot->SetWidth(width * static_cast<float>(widget_->devicePixelRatioF()));
     plot->SetVisible(false);  // a line needs two points
     plot->SetLabel("");       // not in the legend
     return plot;
