@@ -137,7 +137,7 @@ TEST(StabilityLimit, OfAPullOfAnyVerticesIsThatOfTheDenseMatrices) {
   std::mt19937 random(7);
   const auto largest = [](const Matrix& a) { return symmetric_eigen(a).values.maxCoeff(); };
   for (int set = 0; set < 6; ++set) {
-    MechanicalSystem system(small_block({3, 3, 3}), NeoHookean(lame.mu, lame.lambda), 1000.0);
+    MechanicalSystem system(small_block({2, 2, 2}), NeoHookean(lame.mu, lame.lambda), 1000.0);
     std::vector<Index> vertices(static_cast<std::size_t>(system.vertex_count()));
     std::iota(vertices.begin(), vertices.end(), Index{0});
     std::shuffle(vertices.begin(), vertices.end(), random);
