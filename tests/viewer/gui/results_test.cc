@@ -397,7 +397,7 @@ TEST_F(Results, ACommandThatFailsIsTold) {
   show(std::move(free));
   compute("&Equilibrium", path("static"));
   wait_for_result();
-  expect_told(QStringLiteral("free"));
+  expect_told(QStringLiteral("no definite equilibrium"));
   EXPECT_EQ(window_->replay(), nullptr);
   ASSERT_NE(window_->simulation(), nullptr);
   // Values that are none.
