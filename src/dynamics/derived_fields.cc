@@ -43,9 +43,9 @@ std::array<double, 4> shares_of(const RestState& rest, Index e) {
   return shares;
 }
 
-// Calls body(share of the volume, F, function that returns P) at the points of a rule for means over element e. With straight
-// edges these are the points of the energy. With curved ones F varies with the cofactors of ∂X/∂ξ as
-// well, and the mean of F takes a rule of degree 3 or more.
+// Calls body(share of the volume, F, function that returns P) at the points of a rule for means over
+// element e. With straight edges these are the points of the energy. With curved ones F varies with the
+// cofactors of ∂X/∂ξ as well, and the mean of F takes a rule of degree 3 or more.
 template <class Body>
 void for_mean(const MechanicalSystem& system, Index e, const Vector& q, const Body& body) {
   const RestState& rest = system.rest();

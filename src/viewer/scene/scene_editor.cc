@@ -122,6 +122,11 @@ Json usual_attraction(const EnvironmentSettings& present) {
   return json_of(section_of<EnvironmentSettings>(), &next);
 }
 
+// The run goes on with a new named selection, which nothing uses yet.
+bool adds_selection(const SceneChange& change) {
+  return change.kind == SceneChange::Kind::kAdd && change.place.section == kSelections;
+}
+
 }  // namespace
 
 std::string description_of(const SceneChange& change, const Json& scene) {
@@ -362,7 +367,7 @@ SceneEditor::Prepared SceneEditor::prepare(const SceneChange& change) const {
   ChangedScene changed =
       changed_scene(edited_json(edited), edited.scene, in_edited_scene(whole, edited));
   if (!changed.json["time"].contains("end")) changed.scene.time.end = edited.scene.time.end;
-  if (change.kind == SceneChange::Kind::kAdd && change.place.section == kSelections) {
+  if (adds_selection(change)) {
     for (const NamedSelection& named : changed.scene.selection) {
       const auto& before = edited.scene.selection;
       const bool is_new =
@@ -398,10 +403,7 @@ std::string SceneEditor::change_as(const SceneChange& change, const std::string&
 
 std::optional<bool> SceneEditor::sets_up_again(const SceneChange& change) const {
   try {
-    const SceneChange whole = with_model(change);
-    const bool is_named =
-        change.kind == SceneChange::Kind::kAdd && change.place.section == kSelections;
-    return !is_named && !edit_of(whole);
+    return !adds_selection(change) && !edit_of(with_model(change));
   } catch (const Error&) {
     return std::nullopt;
   }
