@@ -1,6 +1,9 @@
 // The program: command line in, exit code out. The only place that prints and exits.
 #include <dlfcn.h>
 #include <fmt/format.h>
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
 #include <sys/resource.h>
 #include <unistd.h>
 
@@ -68,6 +71,15 @@ void require_address_space() {
                   limit.rlim_cur >> 20, needed >> 20, (kProgram + kBuffer) >> 20));
   // The threads of OpenBLAS never end, and the usual exit would wait for them.
   _exit(1);
+}
+
+// Frames need the same large arrays again and again. By default the system takes back what is freed, and gives it anew
+// page by page, which costs more than to compute what is in it.
+void keep_freed_memory() {
+#ifdef __GLIBC__
+  mallopt(M_MMAP_THRESHOLD, 32 << 20);
+  mallopt(M_TRIM_THRESHOLD, 512 << 20);
+#endif
 }
 
 int report(int code, std::string_view what) {
@@ -217,6 +229,7 @@ int guarded(int argc, char** argv) {
 
 int main(int argc, char** argv) {
   tetraction::prepare_streams();
+  keep_freed_memory();
   require_address_space();
   tetraction::watch_signals();
   tetraction::remember_command_line(argc, argv);

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "fem/element_blocks.h"
+#include "fem/element_fields.h"
 #include "tetraction/core/error.h"
 #include "tetraction/dynamics/nodal_volume/nodal_volume.h"
 
@@ -69,8 +70,9 @@ void Body::add_up_masses(const std::vector<BodyRegion>& regions) {
       throw InputError(
           fmt::format("The density must be positive and finite (kg/m³), not {}.", density_[e]));
     }
+    const double mass = element_mass(e);
     int a = 0;
-    for (const Index v : rest_.nodes(e)) mass_[v] += mass_share(e, a++);
+    for (const Index v : rest_.nodes(e)) mass_[v] += mass * rest_.mass_fraction(a++);
   }
   add_shared(part(), mass_, 1);
   inverse_mass_ = mass_.cwiseInverse();
@@ -146,7 +148,7 @@ void Body::elastic_energy_densities(const Vector& q, Vector& densities) const {
 Matrix3 Body::first_piola(Index e, const Vector& q) const {
   Matrix3 stress = elastic_.first_piola(e, q);
   if (!nodal_volume_) return stress;
-  const Matrix3 f = deformation_gradient(rest_.point(e), 0, rest_.gather(q, e));
+  const Matrix3 f = deformation_gradient(rest_, q, e);
   Matrix3 cofactors;
   for (int k = 0; k < 3; ++k) {
     cofactors.col(k) = Vector3(f.col((k + 1) % 3)).cross(Vector3(f.col((k + 2) % 3)));

@@ -6,7 +6,9 @@
 #include <limits>
 
 #include "core/decompositions.h"
+#include "core/symmetric_tensor.h"
 #include "fem/element_blocks.h"
+#include "fem/element_fields.h"
 #include "quadratic_element.h"
 #include "tetraction/core/parallel.h"
 #include "tetraction/dynamics/body_sums.h"
@@ -20,14 +22,8 @@ template <class Body>
 void for_each_point(const RestState& rest, Index e, const Vector& q, const Body& body) {
   const int points = rest.points_per_element();
   for (Index i = points * e; i < points * (e + 1); ++i) {
-    body(i, deformation_gradient(rest.point(i), 0, rest.gather(q, i)));
+    body(i, deformation_gradient(rest, q, i));
   }
-}
-
-// F of a linear element.
-Matrix3 linear_gradient(const RestState& rest, Index e, const Vector& q) {
-  const auto nodes = rest.gather(q, e);
-  return (nodes.rightCols<3>().colwise() - nodes.col(0)) * rest.point_edges(e).inverse();
 }
 
 // The shares of the points in the volume of element e.
@@ -74,9 +70,7 @@ void for_mean(const MechanicalSystem& system, Index e, const Vector& q, const Bo
 }  // namespace
 
 Vector6 six_components(const Matrix3& s) {
-  Vector6 six;
-  six << s(0, 0), s(1, 1), s(2, 2), s(0, 1), s(1, 2), s(0, 2);
-  return six;
+  return symmetric_components(s);
 }
 
 Matrix3 cauchy_stress(const MechanicalSystem& system, Index e, const Vector& q) {
@@ -89,7 +83,7 @@ Matrix3 cauchy_stress(const MechanicalSystem& system, Index e, const Vector& q) 
 
 double volume_ratio(const MechanicalSystem& system, Index e, const Vector& q) {
   const RestState& rest = system.rest();
-  if (!rest.is_quadratic()) return linear_gradient(rest, e, q).determinant();
+  if (!rest.is_quadratic()) return deformation_gradient(rest, q, e).determinant();
   PointEdges edges;
   for (std::size_t p = 0; p < edges.size(); ++p) {
     edges[p] = rest.gather(q, 4 * e + static_cast<Index>(p)).rightCols<3>();
@@ -121,7 +115,7 @@ Matrix cauchy_stresses(const MechanicalSystem& system, const Vector& q) {
   if (!rest.is_quadratic()) {
     Matrix stresses = BlockAccess::cauchy_stresses(system.elastic(), q);
     if (const NodalVolume* volume = system.nodal_volume(); volume != nullptr) {
-      stresses.topRows(3).rowwise() += volume->mean_tensions(q).transpose();
+      stresses.topRows<3>().rowwise() += volume->mean_tensions(q).transpose();
     }
     return stresses;
   }
@@ -144,19 +138,14 @@ Matrix von_mises_stresses(const Matrix& cauchy_stress) {
 
 Matrix green_strains(const MechanicalSystem& system, const Vector& q) {
   const RestState& rest = system.rest();
-  const auto of = [](const Matrix3& f) -> Matrix3 {
-    return 0.5 * (f.transpose() * f - Matrix3::Identity());
-  };
+  if (!rest.is_quadratic()) return green_strains(system.elastic(), q);
   Matrix strains(6, rest.element_count());
   parallel_for(strains.cols(), 512, [&](Index begin, Index end) {
     for (Index e = begin; e < end; ++e) {
-      if (!rest.is_quadratic()) {
-        strains.col(e) = six_components(of(linear_gradient(rest, e, q)));
-        continue;
-      }
       Matrix3 mean = Matrix3::Zero();
-      for_mean(system, e, q,
-               [&](double share, const Matrix3& f, const auto&) { mean += share * of(f); });
+      for_mean(system, e, q, [&](double share, const Matrix3& f, const auto&) {
+        mean += 0.5 * share * (f.transpose() * f - Matrix3::Identity());
+      });
       strains.col(e) = six_components(mean);
     }
   });
@@ -189,6 +178,7 @@ ElementFields element_fields(const MechanicalSystem& system, const Vector& q) {
 }
 
 Vector volume_ratios(const MechanicalSystem& system, const Vector& q) {
+  if (!system.rest().is_quadratic()) return volume_ratios(system.elastic(), q);
   Vector values(system.rest().element_count());
   parallel_for(values.size(), 512, [&](Index begin, Index end) {
     for (Index e = begin; e < end; ++e) values[e] = volume_ratio(system, e, q);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 
+#include "fem/element_fields.h"
 #include "quadratic_element.h"
 #include "tetraction/core/parallel.h"
 #include "tetraction/dynamics/derived_fields.h"
@@ -54,8 +55,7 @@ PlaceValues values_at(const MechanicalSystem& system, Index e, const std::array<
                       const Vector& q) {
   const RestState& rest = system.rest();
   if (rest.is_quadratic()) return values_of(QuadraticElement(system, e, q), l);
-  return values_of(system.first_piola(e, q),
-                   deformation_gradient(rest.point(e), 0, rest.gather(q, e)));
+  return values_of(system.first_piola(e, q), deformation_gradient(rest, q, e));
 }
 
 NodalFields nodal_fields(const MechanicalSystem& system, const Vector& q) {

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "discrete_stress.h"
+#include "element_fields.h"
 #include "isotropic_model.h"
 #include "kernels/discrete_gradient_kernels.h"
 #include "material_at.h"
@@ -161,7 +162,7 @@ bool DiscreteGradient::run_block(Index b, const Step& step, const Vector* direct
   bool admissible = true;
   const RestState& rest = elastic_.rest();
   const auto gradient_of = [&](const Positions& field, Index i) {
-    return deformation_gradient(rest.point(i), 0, rest.gather_relative(field, i));
+    return deformation_gradient(rest, field, i);
   };
   const auto deformation_at = [&](Index i) {
     return DeformationStep{gradient_of(step.middle, i), gradient_of(step.half_step, i),

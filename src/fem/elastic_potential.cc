@@ -5,6 +5,7 @@
 
 #include "block_stiffness.h"
 #include "elastic_potential_impl.h"
+#include "element_fields.h"
 
 namespace tetraction {
 
@@ -151,24 +152,10 @@ bool ElasticPotential::element_terms(Index e, const Positions& q, bool with_hess
   return impl_->element_terms(e, q, with_hessian, terms);
 }
 
-void ElasticPotential::energy_densities(const Vector& q, Vector& densities) const {
-  const Impl& s = *impl_;
-  densities.setZero(s.rest.point_count());
-  parallel_for(s.blocks.block_count(), 1, [&](Index begin, Index end) {
-    for (Index b = begin; b < end; ++b) {
-      s.for_each_at(s.blocks.block(b), q, MaterialOrder::kEnergy,
-                    [&](Index i, const Shape::NodeMatrix& local, const auto& material, Index, int) {
-                      const Matrix3 f = local.rightCols<3>() * s.rest.point_edges(i).inverse();
-                      if (material.admissible(f)) densities[i] = material.energy_density(f);
-                    });
-    }
-  });
-}
-
 Matrix3 ElasticPotential::first_piola(Index point, const Vector& q) const {
   const RestState& rest = impl_->rest;
   return impl_->with_material_of_point(point, [&](const auto& material) -> Matrix3 {
-    return material.first_piola(deformation_gradient(rest.point(point), 0, rest.gather(q, point)));
+    return material.first_piola(deformation_gradient(rest, q, point));
   });
 }
 

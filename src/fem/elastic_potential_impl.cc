@@ -29,21 +29,27 @@ ElasticPotential::Impl::Impl(const RestState& rest_state, std::vector<MaterialFi
       energies(static_cast<std::size_t>(blocks.block_count())),
       parameters(energies.size()),
       modulus_sums(materials.size()) {
+  std::vector<ModulusSums> of_blocks(energies.size());
+  parallel_for(blocks.block_count(), 1, [&](Index begin, Index end) {
+    for (Index b = begin; b < end; ++b) {
+      ElementBlocks::Block& block = blocks.block(b);
+      blocks.for_each_point(block, [&](Index i, Index, int) {
+        const double edge = longest_edge(i);
+        const auto point = rest.point(i);
+        const double largest_gradient = point.gradients[0].colwise().squaredNorm().maxCoeff();
+        block.aspect = std::max(block.aspect, std::sqrt(edge * largest_gradient));
+        of_blocks[static_cast<std::size_t>(b)].add_shape(shape_squared(point), edge);
+      });
+    }
+  });
   for (Index b = 0; b < blocks.block_count(); ++b) {
-    ElementBlocks::Block& block = blocks.block(b);
-    ModulusSums& sums = modulus_sums[static_cast<std::size_t>(block.material)];
-    blocks.for_each_point(block, [&](Index i, Index, int) {
-      const double edge = longest_edge(i);
-      const double largest_gradient = rest.point(i).gradients[0].colwise().squaredNorm().maxCoeff();
-      block.aspect = std::max(block.aspect, std::sqrt(edge * largest_gradient));
-      sums.add_shape(shape_squared(i), edge);
-    });
+    const auto material = static_cast<std::size_t>(blocks.block(b).material);
+    modulus_sums[material].add_shapes(of_blocks[static_cast<std::size_t>(b)]);
   }
   for (std::size_t m = 0; m < materials.size(); ++m) take_parameters(m);
 }
 
-double ElasticPotential::Impl::shape_squared(Index i) const {
-  const auto point = rest.point(i);
+double ElasticPotential::Impl::shape_squared(const RestElement<Shape>& point) {
   const double shape = point.weights[0] * point.gradients[0].squaredNorm();
   return shape * shape;
 }
@@ -77,8 +83,8 @@ void ElasticPotential::Impl::take_parameters(std::size_t m) {
     values.clear();
     if (!material.varies()) continue;
     blocks.for_each_point(block, [&](Index i, Index, int) {
-      sums.add_modulus(modulus_of(initial_lame(material.at(rest.element_of(i)))), shape_squared(i),
-                       longest_edge(i));
+      sums.add_modulus(modulus_of(initial_lame(material.at(rest.element_of(i)))),
+                       shape_squared(rest.point(i)), longest_edge(i));
     });
     const Matrix& table = material.parameters();
     const Index count = table.rows();

@@ -47,6 +47,11 @@ struct ModulusSums {
     squared[0] += shape_squared;
     with_edges[0] += shape_squared * edge_squared;
   }
+  // Adds those of other elements of the material.
+  void add_shapes(const ModulusSums& other) {
+    squared[0] += other.squared[0];
+    with_edges[0] += other.with_edges[0];
+  }
   void add_modulus(double modulus, double shape_squared, double edge_squared) {
     for (std::size_t n = 1; n < 3; ++n) {
       shape_squared *= modulus;
@@ -133,7 +138,7 @@ struct ElasticPotential::Impl {
        std::vector<int> index_of_element);
 
   // (V Σ_a |∇N_a|²)² of a point, m².
-  double shape_squared(Index i) const;
+  static double shape_squared(const RestElement<Shape>& point);
   // The square of the longest rest edge of a point, m².
   double longest_edge(Index i) const;
 

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <limits>
 
-#include "hilbert_order.h"
+#include "mesh/hilbert_order.h"
 #include "tetraction/core/error.h"
 #include "tetraction/core/parallel.h"
 
@@ -33,7 +33,9 @@ ElementBlocks::ElementBlocks(const RestState& rest, const std::vector<int>& mate
   std::vector<Index> order;
   {
     Eigen::Matrix<float, 3, Eigen::Dynamic> centers(3, n);
-    for (Index e = 0; e < n; ++e) centers.col(e) = rest.center(e).cast<float>();
+    parallel_for(n, 4096, [&](Index begin, Index end) {
+      for (Index e = begin; e < end; ++e) centers.col(e) = rest.center(e).cast<float>();
+    });
     order = hilbert_order(centers);
   }
   const auto material = [&](Index e) {

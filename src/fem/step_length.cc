@@ -9,6 +9,7 @@
 #include <mutex>
 #include <variant>
 
+#include "element_fields.h"
 #include "tetraction/core/parallel.h"
 
 namespace tetraction {
@@ -119,7 +120,7 @@ std::string inadmissible_change(const ElasticPotential& elastic, const Vector& q
   const RestState& rest = elastic.rest();
   for (Index i = 0; i < rest.point_count(); ++i) {
     if (rest.element_of(i) != element) continue;
-    const Matrix3 f = deformation_gradient(rest.point(i), 0, rest.gather_relative(q, i));
+    const Matrix3 f = deformation_gradient(rest, q, i);
     if (!(jacobian(f) > 0.0)) return fmt::format("inverts element {}", id);
   }
   return fmt::format("stretches element {} beyond the limit of its material", id);
@@ -137,9 +138,8 @@ double stretch_limited_step(const ElasticPotential& elastic, const Vector& q, co
                             double longest) {
   constexpr double kLeastShare = 0.1;
   return least_of_limited(elastic, longest, [&](const auto& m, Index i, double& own) {
-    const auto point = elastic.rest().point(i);
-    const Matrix3 f = deformation_gradient(point, 0, elastic.rest().gather_relative(q, i));
-    const Matrix3 change = deformation_gradient(point, 0, elastic.rest().gather_relative(d, i));
+    const Matrix3 f = deformation_gradient(elastic.rest(), q, i);
+    const Matrix3 change = deformation_gradient(elastic.rest(), d, i);
     const auto margin = [&](double t) { return margin_of(m, f + t * change); };
     const double now = margin(0.0);
     if (now > 0.0) own = std::min(own, limited_fraction(margin, kLeastShare * now, own));
@@ -149,8 +149,7 @@ double stretch_limited_step(const ElasticPotential& elastic, const Vector& q, co
 double least_stretch_margin(const ElasticPotential& elastic, const Vector& q) {
   return least_of_limited(elastic, 1.0, [&](const auto& m, Index i, double& own) {
     const RestState& rest = elastic.rest();
-    own = std::min(
-        own, margin_of(m, deformation_gradient(rest.point(i), 0, rest.gather_relative(q, i))));
+    own = std::min(own, margin_of(m, deformation_gradient(rest, q, i)));
   });
 }
 

@@ -8,7 +8,7 @@
 #include <limits>
 #include <utility>
 
-#include "fem/hilbert_order.h"
+#include "mesh/hilbert_order.h"
 #include "petsc_check.h"
 #include "vertex_values.h"
 #ifdef TETRACTION_HAS_SCOTCH

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <string>
 
 #include "support/bodies.h"
 #include "tetraction/core/error.h"
@@ -52,8 +53,18 @@ TEST_F(DerivedFields, SimpleShearOfANeoHookeanBody) {
   }
 }
 
-// The stresses of all elements come from the gradients of the energy, those of one element from P Fᵀ/J.
-TEST(CauchyStresses, AreThoseOfEachElementForEveryMaterialAndShape) {
+// The largest difference of the columns of a field from column(e).
+template <class Column>
+double largest_difference(const Matrix& field, const Column& column) {
+  double largest = 0.0;
+  for (Index e = 0; e < field.cols(); ++e) {
+    largest = std::max(largest, (field.col(e) - column(e)).norm());
+  }
+  return largest;
+}
+
+// The fields of all elements come from vectorised loops, those of one element from F, and stresses from P Fᵀ/J.
+TEST(FieldsOfElements, AreThoseOfEachElementForEveryMaterialAndShape) {
   Matrix3 f;
   f << 1.2, 0.3, -0.1, 0.0, 0.9, 0.2, 0.1, 0.0, 1.1;
   for (const double thickness : {0.4, 0.02}) {  // the flat elements are computed one by one
@@ -76,16 +87,62 @@ TEST(CauchyStresses, AreThoseOfEachElementForEveryMaterialAndShape) {
         const Matrix stresses = cauchy_stresses(*system, q);
         ASSERT_EQ(stresses.cols(), mesh.tetrahedron_count());
         const double size = stresses.colwise().norm().maxCoeff();
-        double largest = 0.0;
-        for (Index e = 0; e < stresses.cols(); ++e) {
-          largest = std::max(
-              largest, (six_components(cauchy_stress(*system, e, q)) - stresses.col(e)).norm());
-        }
+        const auto stress_of = [&](Index e) {
+          return six_components(cauchy_stress(*system, e, q));
+        };
+        const auto strain_of = [&](Index e) {
+          return six_components(values_at(*system, e, {0.25, 0.25, 0.25, 0.25}, q).green_strain);
+        };
+        const auto ratio_of = [&](Index e) {
+          return Vector::Constant(1, volume_ratio(*system, e, q));
+        };
+        ElasticPotential::ElementTerms terms;
+        const auto density_of = [&](Index e) {
+          EXPECT_TRUE(system->elastic().element_terms(e, q, false, terms));
+          return Vector::Constant(1, terms.energy / system->rest().volume(e));
+        };
+        Vector densities;
+        system->elastic().energy_densities(q, densities);
+        const std::string name = material_name(material) + " " + std::to_string(thickness);
         // The positions are 20 m, and edges of 3 mm are differences of them.
-        EXPECT_LT(largest, 1e-11 * size) << material_name(material) << " " << thickness;
+        EXPECT_LT(largest_difference(stresses, stress_of), 1e-11 * size) << name;
         EXPECT_GT(size, 0.0);
+        EXPECT_LT(largest_difference(green_strains(*system, q), strain_of), 1e-12) << name;
+        EXPECT_LT(largest_difference(volume_ratios(*system, q).transpose(), ratio_of), 1e-12)
+            << name;
+        EXPECT_LT(largest_difference(densities.transpose(), density_of),
+                  1e-11 * densities.maxCoeff())
+            << name;
+        EXPECT_GT(densities.minCoeff(), 0.0);
       }
     }
+  }
+}
+
+// The energy densities of a motion that fails are those where they are defined.
+TEST(FieldsOfElements, HaveNoEnergyWhereItIsNotDefined) {
+  const TetMesh mesh = generate_box({1.0, 0.5, 0.4}, {4, 3, 3});
+  for (const MaterialModel& material : {MaterialModel(NeoHookean(2.0, 3.0)),
+                                        MaterialModel(mooney_rivlin_from_young(1.0, 0.4, 0.25)),
+                                        MaterialModel(Gent(2.0, 3.0, 0.5))}) {
+    const MechanicalSystem system(mesh, material, 1000.0);
+    Vector q = mesh.rest_positions();
+    // The first vertex turns tetrahedra inside out and stretches others beyond the limit of Gent's law.
+    q[0] += 0.4;
+    q.tail<3>() *= 1.1;
+    Vector densities;
+    system.elastic().energy_densities(q, densities);
+    Index undefined = 0;
+    ElasticPotential::ElementTerms terms;
+    for (Index e = 0; e < densities.size(); ++e) {
+      const bool is_defined = system.elastic().element_terms(e, q, false, terms);
+      const double density = is_defined ? terms.energy / system.rest().volume(e) : 0.0;
+      EXPECT_NEAR(densities[e], density, 1e-13 + 1e-12 * density) << e;
+      if (!is_defined) ++undefined;
+    }
+    EXPECT_GT(undefined, 0) << material_name(material);
+    EXPECT_LT(undefined, 20) << material_name(material);
+    EXPECT_GT(densities.maxCoeff(), 0.01) << material_name(material);
   }
 }
 

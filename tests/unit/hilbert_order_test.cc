@@ -1,4 +1,4 @@
-#include "fem/hilbert_order.h"
+#include "mesh/hilbert_order.h"
 
 #include <gtest/gtest.h>
 

@@ -2,6 +2,7 @@
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 
+#include "fem/element_fields.h"
 #include "nodal_volume_impl.h"
 
 namespace tetraction {
@@ -77,9 +78,7 @@ class VolumeSteps {
       : rest_(rest), x_(x), half_step_(half_step) {}
   VolumeStep operator()(Index e) const { return {gradient(e, x_), gradient(e, half_step_)}; }
   // The change of F in the direction d.
-  Matrix3 gradient(Index e, const Positions& d) const {
-    return deformation_gradient(rest_.point(e), 0, rest_.gather_relative(d, e));
-  }
+  Matrix3 gradient(Index e, const Positions& d) const { return deformation_gradient(rest_, d, e); }
   // The forces of the nodes that belong to a first Piola–Kirchhoff stress.
   NodeMatrix forces(Index e, const Matrix3& stress) const {
     const auto element = rest_.point(e);

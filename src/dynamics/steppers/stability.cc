@@ -140,10 +140,12 @@ Eigenpair lanczos_largest(const ScaledMatrix& matrix, const Vector& start, const
 // The largest eigenpair. Throws InputError if it is not finite.
 Eigenpair largest_eigenpair(ScaledMatrix& op, const Vector& start = {}) {
   constexpr Index kDense = 60;
-  constexpr Effort kEffort{.subspace = 24, .restarts = 300, .tolerance = 1e-4};
-  Eigenpair largest = op.system().part() == nullptr && op.rows() <= kDense
-                          ? dense_largest(op)
-                          : lanczos_largest(op, start, kEffort);
+  const bool divided = op.system().part() != nullptr;
+  // The plain iterations begin again with a single vector, which needs a larger space than Spectra does. There each
+  // vector more costs as much time as it saves products.
+  const Effort effort{.subspace = divided ? 24 : 10, .restarts = 300, .tolerance = 1e-4};
+  Eigenpair largest =
+      !divided && op.rows() <= kDense ? dense_largest(op) : lanczos_largest(op, start, effort);
   if (std::isfinite(largest.value)) return largest;
   throw InputError(
       "The stability limit cannot be worked out, as the highest frequency of the body overflows: "

@@ -10,6 +10,7 @@
 #include <hwy/highway.h>
 
 #include "element_parameters-inl.h"
+#include "element_values.h"
 #include "material/laws/laws-inl.h"
 #include "principal-inl.h"
 #include "simd_records-inl.h"
@@ -29,9 +30,38 @@ HWY_INLINE Vec load_inverse_six_volume(Tag tag, const double* HWY_RESTRICT rest)
   return hn::Load(tag, rest + 6 * kBatchLanes);
 }
 
-// Whether J is positive and finite in all lanes.
+// Where J is positive and finite.
+HWY_INLINE hn::Mask<Tag> positive(Tag tag, Vec j) {
+  return hn::And(hn::Gt(j, hn::Zero(tag)), hn::Lt(j, hn::Set(tag, 1e300)));
+}
 HWY_INLINE bool all_positive(Tag tag, Vec j) {
-  return hn::AllTrue(tag, hn::And(hn::Gt(j, hn::Zero(tag)), hn::Lt(j, hn::Set(tag, 1e300))));
+  return hn::AllTrue(tag, positive(tag, j));
+}
+
+// What a loop over elements stores besides the sum of their energies: nothing, their gradients in records, or the
+// values of element_values().
+enum class Output { kNothing, kGradients, kValues };
+
+// Stores Ψ, which is 0 where it is not defined, and
+//
+//     σ = Σ_k g_k e_kᵀ/v,   v = det e/6,
+//
+// with the gradients g_k = ∂W/∂e_k. This is the virial: ∂W/∂e = V P D_m⁻ᵀ, P Fᵀ = J σ and e = F D_m.
+HWY_INLINE void store_values(Tag tag, hn::Mask<Tag> defined, Vec energy_density,
+                             const Columns<Vec>& e, Vec det, const Columns<Vec>& gradient,
+                             double* HWY_RESTRICT to) {
+  const Vec finite = hn::Sub(energy_density, energy_density);  // 0, or not a number
+  const auto keeps = hn::And(defined, hn::Eq(finite, hn::Zero(tag)));
+  hn::Store(hn::IfThenElseZero(keeps, energy_density), tag, to);
+  const Vec inverse_volume = hn::Div(hn::Set(tag, 6.0), det);
+  constexpr int kEntries[6][2] = {{0, 0}, {1, 1}, {2, 2}, {0, 1}, {1, 2}, {0, 2}};
+  for (const auto& [i, j] : kEntries) {
+    to += kBatchLanes;
+    const Vec sum =
+        hn::MulAdd(gradient.m[2][i], e.m[2][j],
+                   hn::MulAdd(gradient.m[1][i], e.m[1][j], hn::Mul(gradient.m[0][i], e.m[0][j])));
+    hn::Store(hn::Mul(sum, inverse_volume), tag, to);
+  }
 }
 
 // Energy and ∂W/∂e of the elements in the lanes for a law that is defined for any J. Returns whether
@@ -83,6 +113,7 @@ HWY_INLINE bool evaluate_i2(Tag tag, const P& material, const Columns<Vec>& e,
   const Vec j = hn::Mul(det, inverse_six_volume);
   Vec inverse_j;
   const Vec log_j = log_and_inverse(tag, j, inverse_j);
+  const Vec volume = hn::Mul(hn::Mul(det, inverse_j), hn::Set(tag, 1.0 / 6.0));
   Columns<Vec> evg;
   multiply(e, vg, evg);
   const Vec vi1 = contract(e, evg);  // V I₁
@@ -109,7 +140,7 @@ HWY_INLINE bool evaluate_i2(Tag tag, const P& material, const Columns<Vec>& e,
   }
   Vec i2_term = hn::Sub(i2, hn::MulAdd(hn::Set(tag, 4.0), log_j, hn::Set(tag, 3.0)));
   if (HWY_UNLIKELY(!hn::AllFalse(tag, hn::Lt(i1_term, hn::Set(tag, kSmallStrain))))) {
-    refine<true>(tag, c, vg, inverse_volume, i1_term, i2_term);
+    refine<true>(tag, cvg, volume, inverse_volume, j, log_j, i1_term, i2_term);
   }
   const Invariants<Real> s{Real(i1),    Real(i1_term), Real(i2_term),
                            Real(log_j), Real(j),       Real(j) - Real(1.0)};
@@ -131,7 +162,6 @@ HWY_INLINE bool evaluate_i2(Tag tag, const P& material, const Columns<Vec>& e,
           hn::MulAdd(factor, cofactor.m[k / 3][k % 3], gradient.m[k / 3][k % 3]);
     }
   }
-  const Vec volume = hn::Mul(hn::Mul(det, inverse_j), hn::Set(tag, 1.0 / 6.0));
   energy = hn::Mul(volume, Law<M>::energy(material, s).v);
   return all_positive(tag, j);
 }
@@ -174,12 +204,13 @@ HWY_INLINE bool evaluate_principal(Tag tag, const P& material, const Columns<Vec
   return all_positive(tag, j);
 }
 
-template <bool kGradient, bool kHasDisplacements, class Source>
+template <Output kOutput, bool kHasDisplacements, class Source>
 HWY_NOINLINE BlockSums run_vector_by_vector(const BatchView& batches, const Source& source,
                                             const double* HWY_RESTRICT positions,
                                             const double* HWY_RESTRICT displacements,
-                                            double* HWY_RESTRICT gradients) {
+                                            double* HWY_RESTRICT output) {
   using M = typename Source::Material;
+  constexpr bool kGradient = kOutput != Output::kNothing;
   const Tag tag;
   constexpr size_t kLanes = hn::MaxLanes(Tag());
   const Source parameters = source;
@@ -209,8 +240,16 @@ HWY_NOINLINE BlockSums run_vector_by_vector(const BatchView& batches, const Sour
                                               load_tension(tag, batches.tensions, batch, lane),
                                               energy, gradient);
     }
-    if constexpr (kGradient) {
-      RecordAccess<Tag>::add_balanced(tag, gradient, gradients, slots, kBatchLanes);
+    if constexpr (kOutput == Output::kGradients) {
+      RecordAccess<Tag>::add_balanced(tag, gradient, output, slots, kBatchLanes);
+    } else if constexpr (kOutput == Output::kValues) {
+      Columns<Vec> unused;
+      const Vec det = cofactors(e, unused);
+      const auto defined =
+          TermsOf<M>::kStrain ? hn::Eq(det, det) : positive(tag, hn::Mul(det, inverse_six_volume));
+      const Vec density = hn::Mul(energy, hn::Mul(inverse_six_volume, hn::Set(tag, 6.0)));
+      store_values(tag, defined, density, e, det, gradient,
+                   output + batch * kValueNumbers * kBatchLanes + lane);
     }
     Vec& sum = sums[lane / kLanes];
     sum = hn::Add(sum, energy);
@@ -222,6 +261,7 @@ HWY_NOINLINE BlockSums run_vector_by_vector(const BatchView& batches, const Sour
 // vectors of a batch. The processor can then work on one vector while it waits for the long chain
 // of operations in the logarithm of another.
 struct Stage {
+  Columns<Vec> e;
   Columns<Vec> evg;
   Columns<Vec> cofactor;
   Vec det;
@@ -229,11 +269,11 @@ struct Stage {
   Vec vi1;  // V I₁
 };
 
-template <bool kGradient, bool kHasDisplacements, class Source>
+template <Output kOutput, bool kHasDisplacements, class Source>
 HWY_NOINLINE BlockSums run_in_stages(const BatchView& batches, const Source& source,
                                      const double* HWY_RESTRICT positions,
                                      const double* HWY_RESTRICT displacements,
-                                     double* HWY_RESTRICT gradients) {
+                                     double* HWY_RESTRICT output) {
   using M = typename Source::Material;
   const Tag tag;
   constexpr size_t kLanes = hn::MaxLanes(Tag());
@@ -253,15 +293,14 @@ HWY_NOINLINE BlockSums run_in_stages(const BatchView& batches, const Source& sou
         for (size_t i = 0; i < kTogether; ++i) {
           const double* rest = rest_of_first + i * kLanes;
           Stage& s = stages[i];
-          Columns<Vec> e;
-          RecordAccess<Tag>::edges<kHasDisplacements>(tag, positions, displacements,
-                                                      slots_of_first + i * kLanes, kBatchLanes, e);
-          s.det = cofactors(e, s.cofactor);
+          RecordAccess<Tag>::edges<kHasDisplacements>(
+              tag, positions, displacements, slots_of_first + i * kLanes, kBatchLanes, s.e);
+          s.det = cofactors(s.e, s.cofactor);
           s.j = hn::Mul(s.det, load_inverse_six_volume(tag, rest));
           Symmetric<Vec> vg;
           load_rest(tag, rest, vg);
-          multiply(e, vg, s.evg);
-          s.vi1 = contract(e, s.evg);
+          multiply(s.e, vg, s.evg);
+          s.vi1 = contract(s.e, s.evg);
         }
         for (size_t i = 0; i < kTogether; ++i) {
           log_j[i] = log_and_inverse(tag, stages[i].j, inverse_j[i]);
@@ -271,20 +310,19 @@ HWY_NOINLINE BlockSums run_in_stages(const BatchView& batches, const Source& sou
           const double* rest = rest_of_first + i * kLanes;
           const uint16_t* slots = slots_of_first + i * kLanes;
           const Stage& s = stages[i];
-          admissible &= all_positive(tag, s.j);
           const Vec inverse_volume = hn::Mul(load_inverse_six_volume(tag, rest), hn::Set(tag, 6.0));
+          const Vec volume = hn::Mul(hn::Mul(s.det, inverse_j[i]), sixth);
           const Vec offset = hn::MulAdd(hn::Set(tag, 2.0), log_j[i], hn::Set(tag, 3.0));
           Vec i1_term = hn::MulSub(s.vi1, inverse_volume, offset);
           if (HWY_UNLIKELY(!hn::AllFalse(tag, hn::Lt(i1_term, hn::Set(tag, kSmallStrain))))) {
-            Columns<Vec> e;
-            RecordAccess<Tag>::edges<kHasDisplacements>(tag, positions, displacements, slots,
-                                                        kBatchLanes, e);
             Symmetric<Vec> c;
-            metric(e, c);
+            metric(s.e, c);
             Symmetric<Vec> vg;
             load_rest(tag, rest, vg);
+            Columns<Vec> cvg;
+            symmetric_times(c, vg, cvg);
             Vec unused_i2_term = hn::Undefined(tag);
-            refine<false>(tag, c, vg, inverse_volume, i1_term, unused_i2_term);
+            refine<false>(tag, cvg, volume, inverse_volume, s.j, log_j[i], i1_term, unused_i2_term);
           }
           const Invariants<Real> given{Real(hn::Mul(s.vi1, inverse_volume)),
                                        Real(i1_term),
@@ -292,14 +330,16 @@ HWY_NOINLINE BlockSums run_in_stages(const BatchView& batches, const Source& sou
                                        Real(log_j[i]),
                                        Real(s.j),
                                        Real(s.j) - Real(1.0)};
+          auto defined = positive(tag, s.j);
           if constexpr (HasStretchLimit<M>) {
             const Vec margin = Law<M>::margin(material, given).v;
-            admissible &= hn::AllTrue(tag, hn::Gt(margin, hn::Zero(tag)));
+            defined = hn::And(defined, hn::Gt(margin, hn::Zero(tag)));
           }
-          const Vec volume = hn::Mul(hn::Mul(s.det, inverse_j[i]), sixth);
+          admissible &= hn::AllTrue(tag, defined);
           Vec& sum = sums[first_lane / kLanes + i];
-          sum = hn::MulAdd(volume, Law<M>::energy(material, given).v, sum);
-          if constexpr (kGradient) {
+          const Vec density = Law<M>::energy(material, given).v;
+          sum = hn::MulAdd(volume, density, sum);
+          if constexpr (kOutput != Output::kNothing) {
             const auto derivatives = Law<M>::first_derivatives(material, given);
             const Vec tension = load_tension(tag, batches.tensions, batch, first_lane + i * kLanes);
             const Vec factor =
@@ -310,25 +350,30 @@ HWY_NOINLINE BlockSums run_in_stages(const BatchView& batches, const Source& sou
               gradient.m[k / 3][k % 3] = hn::MulAdd(factor, s.cofactor.m[k / 3][k % 3],
                                                     hn::Mul(twice_i1, s.evg.m[k / 3][k % 3]));
             }
-            RecordAccess<Tag>::add_balanced(tag, gradient, gradients, slots, kBatchLanes);
+            if constexpr (kOutput == Output::kGradients) {
+              RecordAccess<Tag>::add_balanced(tag, gradient, output, slots, kBatchLanes);
+            } else {
+              store_values(tag, defined, density, s.e, s.det, gradient,
+                           output + batch * kValueNumbers * kBatchLanes + first_lane + i * kLanes);
+            }
           }
         }
       });
   return {sum_of_lanes(tag, sums), admissible};
 }
 
-template <bool kGradient, bool kHasDisplacements>
+template <Output kOutput, bool kHasDisplacements>
 BlockSums run(const BatchView& batches, const IsotropicModel& model, const double* positions,
-              const double* displacements, double* gradients) {
+              const double* displacements, double* output) {
   return std::visit(
       [&]<class M>(const M& material) HWY_ATTR {
         return with_parameters(batches, material, [&](const auto& parameters) HWY_ATTR {
           if constexpr (TermsOf<M>::kStrain || TermsOf<M>::kI2 || TermsOf<M>::kPrincipal) {
-            return run_vector_by_vector<kGradient, kHasDisplacements>(
-                batches, parameters, positions, displacements, gradients);
+            return run_vector_by_vector<kOutput, kHasDisplacements>(batches, parameters, positions,
+                                                                    displacements, output);
           } else {
-            return run_in_stages<kGradient, kHasDisplacements>(batches, parameters, positions,
-                                                               displacements, gradients);
+            return run_in_stages<kOutput, kHasDisplacements>(batches, parameters, positions,
+                                                             displacements, output);
           }
         });
       },
@@ -339,14 +384,19 @@ BlockSums gradient_and_energy(const BatchView& batches, const IsotropicModel& ma
                               const double* positions, const double* displacements,
                               double* gradients) {
   return displacements == nullptr
-             ? run<true, false>(batches, material, positions, nullptr, gradients)
-             : run<true, true>(batches, material, positions, displacements, gradients);
+             ? run<Output::kGradients, false>(batches, material, positions, nullptr, gradients)
+             : run<Output::kGradients, true>(batches, material, positions, displacements,
+                                             gradients);
 }
 BlockSums energy_only(const BatchView& batches, const IsotropicModel& material,
                       const double* positions, const double* displacements) {
   return displacements == nullptr
-             ? run<false, false>(batches, material, positions, nullptr, nullptr)
-             : run<false, true>(batches, material, positions, displacements, nullptr);
+             ? run<Output::kNothing, false>(batches, material, positions, nullptr, nullptr)
+             : run<Output::kNothing, true>(batches, material, positions, displacements, nullptr);
+}
+void values(const BatchView& batches, const IsotropicModel& material, const double* positions,
+            double* output) {
+  run<Output::kValues, false>(batches, material, positions, nullptr, output);
 }
 const char* target_name() {
   return hwy::TargetName(HWY_TARGET);
@@ -361,6 +411,7 @@ namespace tetraction {
 
 HWY_EXPORT(gradient_and_energy);
 HWY_EXPORT(energy_only);
+HWY_EXPORT(values);
 HWY_EXPORT(target_name);
 
 BlockSums elastic_gradient(const BatchView& batches, const IsotropicModel& material,
@@ -373,6 +424,11 @@ BlockSums elastic_gradient(const BatchView& batches, const IsotropicModel& mater
 BlockSums elastic_energy(const BatchView& batches, const IsotropicModel& material,
                          const double* positions, const double* displacements) {
   return HWY_DYNAMIC_DISPATCH(energy_only)(batches, material, positions, displacements);
+}
+
+void element_values(const BatchView& batches, const IsotropicModel& material,
+                    const double* positions, double* output) {
+  HWY_DYNAMIC_DISPATCH(values)(batches, material, positions, output);
 }
 
 const char* instruction_set() {

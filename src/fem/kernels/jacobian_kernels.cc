@@ -7,15 +7,17 @@
 #include <hwy/foreach_target.h>  // compiles this file once for every instruction set
 #include <hwy/highway.h>
 
+#include "element_values.h"
 #include "simd_records-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace tetraction {
 namespace HWY_NAMESPACE {
 
+using Tag = hn::CappedTag<double, 8>;
+using Vec = hn::Vec<Tag>;
+
 JacobianSigns signs(const BatchView& batches, const double* positions) {
-  using Tag = hn::CappedTag<double, 8>;
-  using Vec = hn::Vec<Tag>;
   const Tag tag;
   size_t negative = 0;
   Vec least = hn::Set(tag, 1.0);
@@ -38,6 +40,39 @@ JacobianSigns signs(const BatchView& batches, const double* positions) {
           hn::AllTrue(tag, hn::Gt(least, hn::Set(tag, 0.5)))};
 }
 
+// F = e D_m⁻¹ = e wᵀ/det D_m with the cofactors w of the rest edges D_m.
+void deformations(const BatchView& batches, const double* HWY_RESTRICT rest_positions,
+                  const double* HWY_RESTRICT positions, double* HWY_RESTRICT values) {
+  const Tag tag;
+  for_each_vector<Tag>(batches, [&](size_t batch, size_t lane, const double*,
+                                    const uint16_t* HWY_RESTRICT slots) TETRACTION_LOOP_BODY {
+    Columns<Vec> rest;
+    Columns<Vec> e;
+    RecordAccess<Tag>::edges(tag, rest_positions, slots, kBatchLanes, rest);
+    RecordAccess<Tag>::edges(tag, positions, slots, kBatchLanes, e);
+    Columns<Vec> w;
+    const Vec inverse = hn::Div(hn::Set(tag, 1.0), cofactors(rest, w));
+    Columns<Vec> f;
+    for (int j = 0; j < 3; ++j) {
+      for (int i = 0; i < 3; ++i) {
+        const Vec sum = hn::MulAdd(e.m[2][i], w.m[2][j],
+                                   hn::MulAdd(e.m[1][i], w.m[1][j], hn::Mul(e.m[0][i], w.m[0][j])));
+        f.m[j][i] = hn::Mul(sum, inverse);
+      }
+    }
+    double* HWY_RESTRICT to = values + batch * kValueNumbers * kBatchLanes + lane;
+    hn::Store(cofactors(f, w), tag, to);
+    Symmetric<Vec> c;
+    metric(f, c);
+    constexpr int kEntries[6][2] = {{0, 0}, {1, 1}, {2, 2}, {0, 1}, {1, 2}, {0, 2}};
+    for (const auto& [i, j] : kEntries) {
+      to += kBatchLanes;
+      const Vec change = i == j ? hn::Sub(c(i, j), hn::Set(tag, 1.0)) : c(i, j);
+      hn::Store(hn::Mul(change, hn::Set(tag, 0.5)), tag, to);
+    }
+  });
+}
+
 }  // namespace HWY_NAMESPACE
 }  // namespace tetraction
 HWY_AFTER_NAMESPACE();
@@ -46,9 +81,15 @@ HWY_AFTER_NAMESPACE();
 namespace tetraction {
 
 HWY_EXPORT(signs);
+HWY_EXPORT(deformations);
 
 JacobianSigns jacobian_signs(const BatchView& batches, const double* positions) {
   return HWY_DYNAMIC_DISPATCH(signs)(batches, positions);
+}
+
+void element_deformations(const BatchView& batches, const double* rest_positions,
+                          const double* positions, double* values) {
+  HWY_DYNAMIC_DISPATCH(deformations)(batches, rest_positions, positions, values);
 }
 
 }  // namespace tetraction

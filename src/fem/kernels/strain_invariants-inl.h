@@ -16,15 +16,6 @@ namespace HWY_NAMESPACE {
 using Tag = hn::CappedTag<double, 8>;
 using Vec = hn::Vec<Tag>;
 
-// x − ln(1 + x) for |x| ≤ 0.01 (material/strain_invariants.h).
-HWY_INLINE Vec x_minus_log1p(Tag tag, Vec x) {
-  Vec sum = hn::Set(tag, -1.0 / 11);
-  for (int k = 10; k >= 2; --k) {
-    sum = hn::MulAdd(sum, x, hn::Set(tag, ((k % 2 == 0) ? 1.0 : -1.0) / k));
-  }
-  return hn::Mul(hn::Mul(x, x), sum);
-}
-
 // ag = a G = c G − I, computed so that it is accurate near rest.
 HWY_INLINE void strain(Tag tag, const Symmetric<Vec>& c, const Symmetric<Vec>& vg,
                        Vec inverse_volume, Columns<Vec>& ag) {
@@ -45,23 +36,32 @@ HWY_INLINE Vec trace(const Columns<Vec>& m) {
 // Below this value of I₁ − 3 − 2 ln J (strains of 3e-3) its plain formula loses too many digits.
 constexpr double kSmallStrain = 1e-5;
 
-// Replaces i1_term = I₁ − 3 − 2 ln J and i2_term = I₂ − 3 − 4 ln J by values without cancellation
-// (material/strain_invariants.h) in the lanes where the strain is small.
+// Replaces i1_term = I₁ − 3 − 2 ln J and i2_term = I₂ − 3 − 4 ln J by values without cancellation in the lanes where
+// the strain is small. With the invariants II and III of A = c G − I and x = J² − 1 = tr A + II + III they are
+//
+//     x − 2 ln J − II − III,   2 (x − 2 ln J) − II − 2 III
+//
+// (material/strain_invariants.h). cvg = c V G; the invariants are those of V A.
 template <bool kSecond>
-HWY_INLINE void refine(Tag tag, const Symmetric<Vec>& c, const Symmetric<Vec>& vg,
-                       Vec inverse_volume, Vec& i1_term, Vec& i2_term) {
-  Columns<Vec> ag;
-  strain(tag, c, vg, inverse_volume, ag);
-  const Vec tr = trace(ag);
-  const Vec second =
-      hn::Mul(hn::Set(tag, 0.5),
-              hn::NegMulAdd(Vec(hn::Set(tag, 1.0)), trace_of_square(tag, ag), hn::Mul(tr, tr)));
-  Columns<Vec> cofactor;
-  const Vec third = cofactors(ag, cofactor);
-  const Vec x = hn::Add(tr, hn::Add(second, third));
-  const Vec difference = x_minus_log1p(tag, x);
-  const auto small =
-      hn::And(hn::Lt(i1_term, hn::Set(tag, kSmallStrain)), hn::Lt(hn::Abs(x), hn::Set(tag, 0.01)));
+HWY_INLINE void refine(Tag tag, const Columns<Vec>& cvg, Vec volume, Vec inverse_volume, Vec j,
+                       Vec log_j, Vec& i1_term, Vec& i2_term) {
+  const Vec one = hn::Set(tag, 1.0);
+  const auto& m = cvg.m;
+  const Vec m00 = hn::Sub(m[0][0], volume);
+  const Vec m11 = hn::Sub(m[1][1], volume);
+  const Vec m22 = hn::Sub(m[2][2], volume);
+  const Vec w0 = hn::MulSub(m11, m22, hn::Mul(m[1][2], m[2][1]));
+  const Vec w1 = hn::MulSub(m00, m22, hn::Mul(m[0][2], m[2][0]));
+  const Vec w2 = hn::MulSub(m00, m11, hn::Mul(m[0][1], m[1][0]));
+  const Vec x1 = hn::MulSub(m[2][1], m[0][2], hn::Mul(m[0][1], m22));
+  const Vec x2 = hn::MulSub(m[0][1], m[1][2], hn::Mul(m[0][2], m11));
+  const Vec det = hn::MulAdd(m00, w0, hn::MulAdd(m[1][0], x1, hn::Mul(m[2][0], x2)));
+  const Vec square = hn::Mul(inverse_volume, inverse_volume);
+  const Vec second = hn::Mul(hn::Add(w0, hn::Add(w1, w2)), square);
+  const Vec third = hn::Mul(hn::Mul(det, inverse_volume), square);
+  const Vec x = hn::Mul(hn::Sub(j, one), hn::Add(j, one));
+  const Vec difference = hn::Sub(x, hn::Add(log_j, log_j));
+  const auto small = hn::Lt(i1_term, hn::Set(tag, kSmallStrain));
   i1_term = hn::IfThenElse(small, hn::Sub(difference, hn::Add(second, third)), i1_term);
   if constexpr (kSecond) {
     const Vec value =

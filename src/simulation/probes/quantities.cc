@@ -22,8 +22,7 @@ class BodyFields {
     if (stress_.size() == 0) stress_ = cauchy_stresses(system, q);
     return stress_;
   }
-  /// To be called when nothing else is computed from the stress, which is not copied, because a large mesh
-  /// would need much memory for that.
+  // For the last quantity that is asked for. A copy would need much memory for a large mesh.
   Matrix take_stress() {
     stress();
     return std::move(stress_);
@@ -85,10 +84,6 @@ Matrix recovered_von_mises(BodyFields& fields) {
 
 Matrix jacobians(BodyFields& fields) {
   return volume_ratios(fields.system, fields.q).transpose();
-}
-
-Matrix take_stress(BodyFields& fields) {
-  return fields.take_stress();
 }
 
 Matrix nodal_pressures(BodyFields& fields) {
@@ -211,7 +206,7 @@ std::vector<Quantity> all_quantities() {
            [](const ElementPlace& at, double* to) {
              Eigen::Map<Vector6>{to} = six_components(at.cauchy_stress());
            },
-       .of_body = take_stress},
+       .of_body = [](F& f) { return f.take_stress(); }},
       {.name = "green_strain",
        .shape = kSymmetricTensor,
        .domain = kTetrahedra,
@@ -352,13 +347,13 @@ std::vector<Matrix> values_of(const Session& session, const std::vector<const Qu
   const auto of = [&](const Quantity& quantity) {
     return quantity.of_body != nullptr ? quantity.of_body(fields) : vertex_values(quantity, fields);
   };
-  const auto is_last = [](const Quantity& quantity) { return quantity.of_body == take_stress; };
+  // The stress comes last, because it is taken from what others are computed from.
+  const Quantity* stress = &quantity_of(ProbeQuantity::kCauchyStress);
   for (std::size_t i = 0; i < list.size(); ++i) {
-    if (!is_last(*list[i])) values[i] = of(*list[i]);
+    if (list[i] != stress) values[i] = of(*list[i]);
   }
-  for (std::size_t i = 0; i < list.size(); ++i) {
-    if (is_last(*list[i])) values[i] = of(*list[i]);
-  }
+  const auto at = std::ranges::find(list, stress);
+  if (at != list.end()) values[static_cast<std::size_t>(at - list.begin())] = fields.take_stress();
   return values;
 }
 
