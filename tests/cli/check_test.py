@@ -142,6 +142,19 @@ class CheckFacts(BeamTest):
                          ["move along x", "move along z",
                           "rotate about the line through (2, 0.5, 0.5) along y"])  # fmt: skip
 
+    def test_a_pull_is_a_load(self):
+        """The spring acts on the mean of its vertices with the force k (target - mean)."""
+        beam = dict(kind="beam", size=[0.4, 0.1, 0.1], cells=[4, 1, 1])
+        scene = self.write("pulled.toml", tables(
+            mesh=dict(generate=beam), material=dict(youngs_modulus=1e6, poissons_ratio=0.3),
+            pull=dict(vertices=[0], stiffness=50.0, target=[0.1, -0.2, 0.0])))  # fmt: skip
+        pull = self.check(scene)["pull"]
+        for value, exact in zip(pull["resultant"] + pull["moment"], (5.0, -10.0, 0.0, 0.0, 0.0, 0.0)):
+            self.assertAlmostEqual(value, exact, delta=1e-12)
+        text = self.run_program("check pulled.toml").stdout
+        self.assertIn("\n  pull: resultant (5, -10, 0) N", text)
+        self.assertNotIn("pull", self.check(self.write("beam.toml", BEAM)))
+
     def test_a_load_on_held_vertices_is_told_of(self):
         scene = self.write("beam.toml", BEAM + tables(traction=[dict(select=plane("x", 0.0),
                                                         vector=[0.0, -3.0, 0.0])]))  # fmt: skip

@@ -1,10 +1,12 @@
 """tetraction study: the steps that it is given, and those that it chooses."""
 
+import math
 import re
 import sys
 
 sys.path.insert(0, f"{sys.path[0]}/..")
 from support.program import main
+from support.scenes import tables
 from support.study import PROBES, StudyTest
 
 
@@ -34,6 +36,18 @@ class Steps(StudyTest):
         self.assertEqual(len(steps["midpoint"]), 3)
         self.assertTrue(any(abs(step / (4 * critical) - 1) < 0.3 for step in steps["midpoint"]))
         self.assertEqual(self.steps("trial"), {})
+
+    def test_periods_of_a_body_on_the_spring_of_a_pull(self):
+        """A spring at the centre of mass: T = 2 pi sqrt(m/k), for all vertices together."""
+        beam = dict(kind="beam", size=[0.4, 0.1, 0.1], cells=[1, 1, 1])
+        self.write("beam.toml", tables(
+            mesh=dict(generate=beam), material=dict(youngs_modulus=1e6, poissons_ratio=0.3, density=1000.0),
+            pull=dict(vertices=list(range(8)), stiffness=50.0, target=[0.3, 0.05, 0.05]),
+            time=dict(integrator="midpoint", step=1e-2, end=2.0)))  # fmt: skip
+        self.study("--steps midpoint=0.01T,0.02T")
+        period = 2 * math.pi * math.sqrt(4.0 / 50.0)
+        for step, share in zip(self.steps()["midpoint"], (0.01, 0.02)):
+            self.assertAlmostEqual(step / (share * period), 1, delta=0.02)
 
     def test_messages(self):
         for arguments, says in (

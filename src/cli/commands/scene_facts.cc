@@ -279,6 +279,7 @@ SceneFacts scene_facts(const Scene& scene, const MechanicalSystem& system,
   if (facts.environment) {
     facts.environment_factor = system.environment().factor(system.force_point(positions, 0.0));
   }
+  facts.pull = pull_facts(scene, system, positions);
   facts.supports = support_facts(constraints, system);
   facts.motions = find_free_motions(system);
   facts.mass = mass_properties(system);
@@ -312,6 +313,7 @@ void enter_facts(const SceneFacts& facts, const MechanicalSystem& system,
     json["environment"] = json_of(*facts.environment);
     json["environment"]["factor"] = facts.environment_factor;
   }
+  if (facts.pull) json["pull"] = json_of(*facts.pull);
   json["supports"] = nlohmann::ordered_json::array();
   for (const SupportFacts& support : facts.supports) json["supports"].push_back(json_of(support));
   json["parts"] = facts.motions.parts;
@@ -350,7 +352,7 @@ void print_inertia(const SceneFacts& facts) {
 
 void print_loads_and_supports(const SceneFacts& facts, const Scene& scene,
                               const MechanicalSystem& system) {
-  const bool any = !facts.loads.empty() || facts.environment;
+  const bool any = !facts.loads.empty() || facts.environment || facts.pull;
   print_result("\nloads{}\n",
                any ? ", with moments about the origin at the positions of t = 0:" : ": none");
   for (const LoadFacts& load : facts.loads) write_result(line_of(load) + "\n");
@@ -359,6 +361,7 @@ void print_loads_and_supports(const SceneFacts& facts, const Scene& scene,
                  force_text(*facts.environment),
                  factor_text(facts.environment_factor, scene.environment.amplitude));
   }
+  if (facts.pull) print_result("  pull: {}\n", force_text(*facts.pull));
   print_result("supports{}\n", facts.supports.empty() ? ": none" : ":");
   for (const SupportFacts& support : facts.supports) write_result(line_of(support) + "\n");
   if (facts.motions.parts > 1) {

@@ -17,6 +17,7 @@ struct SceneFacts {
   std::vector<LoadFacts> loads;
   std::optional<ForceFacts> environment;
   double environment_factor = 1.0;  ///< at t = 0
+  std::optional<ForceFacts> pull;
   std::vector<SupportFacts> supports;
   FreeMotions motions;
   MassProperties mass;
@@ -28,7 +29,7 @@ struct SceneFacts {
 SceneFacts scene_facts(const Scene& scene, const MechanicalSystem& system,
                        const BodyConstraints& constraints, const Vector& positions);
 
-/// Adds "inertia", "loads", "environment", "supports", "free_motions", "mechanisms", "parts" and "pieces".
+/// Adds "inertia", "loads", "environment", "pull", "supports", "free_motions", "mechanisms", "parts" and "pieces".
 void enter_facts(const SceneFacts& facts, const MechanicalSystem& system,
                  nlohmann::ordered_json& json);
 /// The centre of mass and the inertia, on stdout.

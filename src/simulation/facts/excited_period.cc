@@ -103,11 +103,14 @@ std::pair<double, double> motion_and_root_energy(const NormalMode& mode, const S
   return {root_energy / omega * mode.shape.lpNorm<Eigen::Infinity>(), root_energy};
 }
 
-// The lowest of the first `count` modes that is excited.
+// The lowest of the first `count` modes that is excited. `with_loads`: on the spring of [pull], on which a body may
+// swing as a whole.
 std::optional<ExcitedPeriod> period_of_modes(const MechanicalSystem& system, const State& start,
-                                             const Excitations& excitations, Index count) {
+                                             const Excitations& excitations, Index count,
+                                             bool with_loads) {
   NormalModeOptions options;
   options.count = count;
+  options.with_loads = with_loads;
   const Vector rest = system.mesh().rest_positions();
   const std::vector<NormalMode> modes = normal_modes(system, rest, options).modes;
   // Smaller motions are round-off of the forces at rest.
@@ -137,7 +140,7 @@ ExcitedPeriod excited_period(const Scene& scene, MechanicalSystem& system) {
   std::string reason = "neither the loads nor the start excite one of the lowest normal modes";
   try {
     for (const Index count : {10, 40}) {
-      own = period_of_modes(system, start, excitations, count);
+      own = period_of_modes(system, start, excitations, count, scene.pull.stiffness > 0.0);
       if (own) break;
     }
   } catch (const Error& error) {

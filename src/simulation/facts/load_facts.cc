@@ -189,6 +189,13 @@ std::optional<ForceFacts> environment_facts(const Scene& scene, const Mechanical
   return force_facts(system, positions, forces_of(environment, system, positions));
 }
 
+std::optional<ForceFacts> pull_facts(const Scene& scene, const MechanicalSystem& system,
+                                     const Vector& positions) {
+  if (scene.pull.vertices.empty()) return std::nullopt;
+  return force_facts(system, positions,
+                     forces_of(make_pull(scene.pull, system), system, positions));
+}
+
 std::string volume_group_warning(const ForceSettings& load, const MechanicalSystem& system) {
   if (load.kind != LoadKind::kPressure && load.kind != LoadKind::kTraction) return {};
   const TetMesh& mesh = system.mesh();

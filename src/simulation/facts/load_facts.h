@@ -64,6 +64,9 @@ std::vector<LoadFacts> load_facts(const Scene& scene, const MechanicalSystem& sy
 /// The environment's forces on the body at the positions, with the factor 1. Empty if there is none.
 std::optional<ForceFacts> environment_facts(const Scene& scene, const MechanicalSystem& system,
                                             const Vector& positions);
+/// The forces of the spring of [pull] in the same way.
+std::optional<ForceFacts> pull_facts(const Scene& scene, const MechanicalSystem& system,
+                                     const Vector& positions);
 
 /// A warning for a pressure or a traction on a group of tetrahedra that has faces inside the body, on which
 /// it does not act. Empty for other loads, and for a part of a mesh.
