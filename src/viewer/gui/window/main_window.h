@@ -18,6 +18,7 @@
 
 class QLabel;
 class QStackedWidget;
+class QTabWidget;
 
 namespace tetraction::viewer {
 
@@ -244,6 +245,7 @@ class MainWindow : public QMainWindow {
 
   BodyView* view_;
   Comparison* comparison_;
+  QTabWidget* charts_and_results_ = nullptr;
   ResultsPanel* results_ = nullptr;
   Computation* computation_ = nullptr;
   MessageStrip* messages_;

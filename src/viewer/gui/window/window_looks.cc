@@ -37,7 +37,6 @@ void MainWindow::make_theme_menu() {
 // The panels where they are in a new window, and the window as large.
 void MainWindow::reset_layout() {
   restoreState(first_layout_);
-  update_results_actions();
   resize(first_size());
 }
 

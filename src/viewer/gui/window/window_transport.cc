@@ -53,8 +53,7 @@ void MainWindow::update_transport() {
     continue_->setVisible(state->earlier);
     continue_->setEnabled(state->earlier);
   }
-  // Qt puts a panel behind another tab outside the window, where it counts as visible.
-  const bool above = chart_->window() == this && !chart_->visibleRegion().isEmpty();
+  const bool above = chart_->isVisible() && chart_->window() == this;
   const auto place = [this](int x) {
     return transport_->mapFrom(this, chart_->canvas()->mapTo(this, QPoint(x, 0))).x();
   };
