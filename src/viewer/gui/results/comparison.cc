@@ -28,7 +28,8 @@ QLabel* add_page(QSplitter* splitter, BodyView* view) {
 
 }  // namespace
 
-Comparison::Comparison(BodyView* first) : first_(first), first_label_(add_page(this, first)) {
+Comparison::Comparison(BodyView* first)
+    : QSplitter(first->parentWidget()), first_(first), first_label_(add_page(this, first)) {
   setChildrenCollapsible(false);
   first_label_->setObjectName(QStringLiteral("first_run"));
   first_label_->hide();
@@ -47,7 +48,7 @@ void Comparison::begin(const QString& first_name, std::unique_ptr<Replay> second
   first_->setMinimumWidth(second_ ? kNarrowest : first_width_);
   first_->set_color_bar(!second_);  // the second picture has the bar of both
   if (!second_) return;
-  view_ = new BodyView;
+  view_ = new BodyView(window());
   view_->setMinimumWidth(kNarrowest);
   label_ = add_page(this, view_);
   label_->setObjectName(QStringLiteral("second_run"));

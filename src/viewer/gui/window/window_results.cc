@@ -65,6 +65,9 @@ void MainWindow::make_compute_menu() {
 void MainWindow::make_results() {
   auto* dock = findChild<QDockWidget*>(QStringLiteral("dock_charts"));
   charts_and_results_ = new QTabWidget(dock);
+  // The Tab key would stop at a row of tabs that is hidden.
+  charts_and_results_->setFocusProxy(nullptr);
+  charts_and_results_->setFocusPolicy(Qt::NoFocus);
   charts_and_results_->setDocumentMode(true);
   charts_and_results_->setTabBarAutoHide(true);
   charts_and_results_->setTabPosition(QTabWidget::South);
