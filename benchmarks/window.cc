@@ -1,7 +1,8 @@
-// The viewer's window under load: pictures a second, stalls, time to the first picture.
+// The viewer's window under load: pictures a second, stalls, time to the first picture, and kept states that
+// are drawn while the slider moves.
 //
-//     xvfb-run -s "-screen 0 1280x800x24" window --seconds 10 --cells 24,12,12
-//     xvfb-run -s "-screen 0 1280x800x24" window --scene examples/scenes/serpentine_spring.toml
+//     xvfb-run -s "-screen 0 1400x900x24" window --seconds 10 --cells 24,12,12
+//     xvfb-run -s "-screen 0 1400x900x24" window --scene examples/scenes/serpentine_spring.toml
 #include <fmt/format.h>
 #include <time.h>
 
@@ -15,12 +16,14 @@
 #include <array>
 #include <cstdio>
 #include <string>
+#include <vector>
 
 #include "report.h"
 #include "tetraction/core/parallel.h"
 #include "tetraction/mesh/generate.h"
 #include "timing.h"
 #include "viewer/gui/body/body_view.h"
+#include "viewer/gui/transport/transport_bar.h"
 #include "viewer/gui/window/documents.h"
 #include "viewer/gui/window/main_window.h"
 #include "viewer/gui/window/view_app.h"
@@ -73,6 +76,23 @@ void measure(viewer::MainWindow& window, const std::string& name, double seconds
   window.simulation()->wait_until_idle(60.0);
 }
 
+/// The states that are drawn in a second while the slider moves to and fro over the run.
+void measure_scrubbing(viewer::MainWindow& window, double seconds) {
+  viewer::Simulation& simulation = *window.simulation();
+  const std::vector<double> times = simulation.kept_times();
+  const auto shown = [&] { return window.body_view()->state()->generation; };
+  const double start = now();
+  int drawn = 0;
+  while (now() - start < seconds) {
+    const std::uint64_t before = shown();
+    window.transport()->go_to(times[(37 * static_cast<std::size_t>(drawn)) % times.size()]);
+    while (shown() == before && now() - start < seconds) QTest::qWait(1);
+    ++drawn;
+  }
+  fmt::print("Scrubbing {} kept states: {:.1f} drawn a second\n", times.size(),
+             drawn / (now() - start));
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -96,7 +116,7 @@ int main(int argc, char** argv) {
   QSettings().clear();
   benchmarks::Report report;
   viewer::MainWindow window;
-  window.resize(1280, 800);
+  window.resize(1400, 900);
   window.show();
   if (!scene.empty()) {
     window.open(QString::fromStdString(scene));
@@ -121,6 +141,7 @@ int main(int argc, char** argv) {
     return 0;
   }
   measure(window, "explicit", seconds, report);
+  measure_scrubbing(window, seconds);
   window.show_document(beam(cells, Integrator::kBackwardEuler, 5e-3));
   measure(window, "backward-euler", seconds, report);
   return 0;

@@ -114,11 +114,11 @@ FieldKind plain_kind(const OwnedKey& key, const Json& value) {
   if (type == "`true` or `false`" || type == "`true`") return FieldKind::kFlag;
   if (type == "three numbers") return FieldKind::kVector;
   const bool is_list = value.is_array() && value.size() == 3 && value[0].is_number_float();
-  if ((type == "three numbers or a table" || type == "three numbers or one, m") &&
+  if ((type == "three numbers or a table" || type == "three numbers or one") &&
       (is_list || value.is_null())) {
     return FieldKind::kVector;
   }
-  if (type == "three numbers or one, m" && value.is_number()) return FieldKind::kNumber;
+  if (type == "three numbers or one" && value.is_number()) return FieldKind::kNumber;
   if (type == "text") {
     return std::string_view(key.key->info.name) == "file" ? FieldKind::kFile : FieldKind::kText;
   }
@@ -236,6 +236,13 @@ std::string title_of_section(const std::string& section) {
     if (section == name) return title;
   }
   return in_words(section) + (is_list(section) ? "s" : "");
+}
+
+std::string title_of_entry(const EntryPlace& place) {
+  std::string title = title_of_section(place.section);
+  if (!is_list(place.section)) return title;
+  if (title.ends_with("s")) title.pop_back();
+  return title + " " + std::to_string(place.index);
 }
 
 std::vector<OutlineGroup> outline(const Json& scene) {

@@ -25,6 +25,8 @@ struct OutlineGroup {
 /// All sections that a scene can have, in the order of a file.
 std::vector<OutlineGroup> outline(const Json& scene);
 std::string title_of_section(const std::string& section);
+/// The same of an entry, with its number in a list: "Body force 0".
+std::string title_of_entry(const EntryPlace& place);
 
 /// How a value is entered.
 enum class FieldKind {

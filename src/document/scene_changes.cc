@@ -24,40 +24,67 @@ std::optional<std::pair<std::size_t, std::string>> number_in(const std::string& 
   return std::pair(static_cast<std::size_t>(std::stoul(rest.substr(0, end))), rest.substr(end));
 }
 
+// Changes the numbers from one on in an event. If that entry is taken away (`by` is −1), what the event changes of it is
+// taken out.
 struct Renumbering {
   const std::string& section;
   std::size_t from;
   int by;
 
-  std::size_t operator()(std::size_t number) const {
-    if (number == from && by < 0) {
-      throw InputError(fmt::format("An event changes this entry ({} {}): change the event first.",
-                                   section, number));
-    }
+  std::optional<std::size_t> operator()(std::size_t number) const {
+    if (number == from && by < 0) return std::nullopt;
     return number < from ? number : number + static_cast<std::size_t>(by);
   }
-  std::string key(const std::string& key) const {
+  std::optional<std::string> key(const std::string& key) const {
     const auto found = number_in(key, section);
     if (!found) return key;
-    return fmt::format("{}.{}{}", section, (*this)(found->first), found->second);
+    const std::optional<std::size_t> number = (*this)(found->first);
+    if (!number) return std::nullopt;
+    return fmt::format("{}.{}{}", section, *number, found->second);
   }
-  void event(Json& event) const {
-    if (event.contains("set")) {
-      Json set = Json::object();
-      for (const auto& [name, value] : event["set"].items()) set[key(name)] = value;
-      event["set"] = set;
-    }
-    if (event.contains("unset")) {
-      for (Json& name : event["unset"]) name = key(name.get<std::string>());
-    }
-    for (auto& [name, value] : event.items()) {
-      if (name == "un" + section && value.is_object() && value.contains(section)) {
-        value[section] = (*this)(value[section].get<std::size_t>());
+  // Returns whether something was taken out.
+  bool event(Json& event) const {
+    if (event.is_null()) return false;
+    Json result = Json::object();
+    bool all = true;
+    for (const auto& [name, value] : event.items()) {
+      if (name == "set" || name == "unset") {
+        Json kept = name == "set" ? Json::object() : Json::array();
+        for (const auto& [own, part] : value.items()) {
+          const auto renamed = key(name == "set" ? own : part.get<std::string>());
+          all = all && renamed;
+          if (!renamed) continue;
+          if (name == "set") {
+            kept[*renamed] = part;
+          } else {
+            kept.push_back(*renamed);
+          }
+        }
+        if (!kept.empty()) result[name] = kept;
+        continue;
       }
-      if (name == "remove_" + section) value = (*this)(value.get<std::size_t>());
+      const bool in_table = name == "un" + section && value.is_object() && value.contains(section);
+      if (!in_table && name != "remove_" + section) {
+        result[name] = value;
+        continue;
+      }
+      const auto number = (*this)((in_table ? value[section] : value).get<std::size_t>());
+      all = all && number;
+      if (!number) continue;
+      result[name] = value;
+      (in_table ? result[name][section] : result[name]) = *number;
     }
+    event = std::move(result);
+    return !all;
   }
 };
+
+bool changes_nothing(const Json& event) {
+  for (const auto& [name, value] : event.items()) {
+    if (name != "at" && name != "note") return false;
+  }
+  return true;
+}
 
 // Replaces a name where tables refer to it. The names of selections stand where a key needs a selection.
 void rename_references(Json& node, const std::string& key, const std::string& section,
@@ -123,6 +150,10 @@ class Changer {
   }
 
   void set() {
+    if (table_of(json_, place_).is_null()) {
+      throw InputError(
+          "This event changes only what was deleted. Delete it, or undo the deletion.");
+    }
     if (change_.path.empty()) return set_table();
     visit_table(section(), table_of(json_, place_), outer_path(),
                 [&](const SceneSection& own, void*, Json& table) { set_in(own, table); });
@@ -247,6 +278,11 @@ class Changer {
   }
 
   ChangedScene read() {
+    if (json_.contains("event")) {  // without those of drop_from_events()
+      Json& events = json_["event"];
+      events.erase(std::remove(events.begin(), events.end(), Json()), events.end());
+      if (events.empty()) json_.erase("event");
+    }
     try {
       return {json_, scene_of_json(json_, base_)};
     } catch (const InputError& error) {
@@ -331,7 +367,35 @@ ChangedScene changed_scene(const Json& json, const Scene& base, const SceneChang
 void renumber_events(Json& scene, const std::string& section, std::size_t from, int by) {
   const auto events = scene.find("event");
   if (events == scene.end() || section == "event") return;
+  const std::string changing = by < 0 ? events_that_change(scene, {section, from}) : std::string();
+  if (!changing.empty()) {
+    throw InputError(
+        fmt::format("This entry ({} {}) is changed by {}: change or delete the event first.",
+                    section, from, changing));
+  }
   for (Json& event : *events) Renumbering{section, from, by}.event(event);
+}
+
+void drop_from_events(Json& scene, const EntryPlace& place) {
+  const auto events = scene.find("event");
+  if (events == scene.end()) return;
+  for (Json& event : *events) {
+    if (Renumbering{place.section, place.index, -1}.event(event) && changes_nothing(event)) {
+      event = Json();
+    }
+  }
+}
+
+std::string events_that_change(const Json& scene, const EntryPlace& place) {
+  std::string times;
+  const auto events = scene.find("event");
+  if (events == scene.end() || place.section == "event") return times;
+  for (Json event : *events) {
+    if (!Renumbering{place.section, place.index, -1}.event(event)) continue;
+    times +=
+        fmt::format("{}the event at {:.6g} s", times.empty() ? "" : ", ", event.value("at", 0.0));
+  }
+  return times;
 }
 
 bool has_names(const std::string& section) {

@@ -38,6 +38,11 @@ ChangedScene changed_scene(const Json& json, const Scene& base, const SceneChang
 /// Renumbers the entries from a number on in the events of a scene. Throws InputError if `by` is −1 and an event changes
 /// the entry `from`.
 void renumber_events(Json& scene, const std::string& section, std::size_t from, int by);
+/// The same for an entry that does not exist any more, without an exception: what events change of it is taken out. An
+/// event that changes nothing else becomes null, and changed_scene() leaves it out.
+void drop_from_events(Json& scene, const EntryPlace& place);
+/// "the event at 0.5 s, the event at 1 s". Empty if no event changes the entry.
+std::string events_that_change(const Json& scene, const EntryPlace& place);
 
 /// The name of an entry: the key of a named selection, or the value of its key `name`. Empty if it has none.
 std::string name_of_entry(const Json& scene, const EntryPlace& place);

@@ -8,6 +8,7 @@
 
 #include "io/toml/toml_document.h"
 #include "io/toml/toml_text.h"
+#include "outline.h"
 #include "tetraction/core/error.h"
 #include "tetraction/io/scene_reader.h"
 #include "tetraction/io/scene_writer.h"
@@ -23,6 +24,21 @@ std::string folder_of_scene(const Scene& scene) {
 
 bool has_mesh_of_program(const Scene& scene) {
   return scene.mesh.file.empty() && !scene.mesh.generate;
+}
+
+// Messages about entries name them as the window does. The lines of the text are not those of a file.
+Scene with_titles(Scene scene) {
+  for (const ScenePart& part : scene_parts()) {
+    const std::vector<const void*> entries = part.entries(scene);
+    for (std::size_t i = 0; i < entries.size(); ++i) {
+      if (!part.section->where) continue;
+      *part.section->where(const_cast<void*>(entries[i])) = title_of_entry({part.section->name, i});
+    }
+  }
+  for (std::size_t i = 0; i < scene.event.size(); ++i) {
+    scene.event[i].where = title_of_entry({"event", i});
+  }
+  return scene;
 }
 
 }  // namespace
@@ -67,7 +83,7 @@ Scene scene_of_json(const Json& json, const Scene& base) {
   const bool keeps_mesh =
       has_mesh_of_program(base) && !mesh.contains("file") && !mesh.contains("generate");
   try {
-    if (!keeps_mesh) return read_scene_text(text, base.path);
+    if (!keeps_mesh) return with_titles(read_scene_text(text, base.path));
     Json with_file = json;
     with_file["mesh"]["file"] = kMadeMesh;
     Scene scene = scene_of_json(with_file, base);

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "core/decompositions.h"
+#include "fem/element_blocks.h"
 #include "quadratic_element.h"
 #include "tetraction/core/parallel.h"
 #include "tetraction/dynamics/body_sums.h"
@@ -23,6 +24,12 @@ void for_each_point(const RestState& rest, Index e, const Vector& q, const Body&
   }
 }
 
+// F of a linear element.
+Matrix3 linear_gradient(const RestState& rest, Index e, const Vector& q) {
+  const auto nodes = rest.gather(q, e);
+  return (nodes.rightCols<3>().colwise() - nodes.col(0)) * rest.point_edges(e).inverse();
+}
+
 // The shares of the points in the volume of element e.
 std::array<double, 4> shares_of(const RestState& rest, Index e) {
   if (!rest.is_quadratic()) return {1.0};
@@ -36,9 +43,9 @@ std::array<double, 4> shares_of(const RestState& rest, Index e) {
   return shares;
 }
 
-// Calls body(share of the volume, F, P) at the points of a rule for means over element e. With straight
-// edges these are the points of the energy. With curved ones F varies with the cofactors of ∂X/∂ξ as
-// well, and the mean of F takes a rule of degree 3 or more.
+// Calls body(share of the volume, F, function that returns P) at the points of a rule for means over
+// element e. With straight edges these are the points of the energy. With curved ones F varies with the
+// cofactors of ∂X/∂ξ as well, and the mean of F takes a rule of degree 3 or more.
 template <class Body>
 void for_mean(const MechanicalSystem& system, Index e, const Vector& q, const Body& body) {
   const RestState& rest = system.rest();
@@ -46,7 +53,7 @@ void for_mean(const MechanicalSystem& system, Index e, const Vector& q, const Bo
     const std::array<double, 4> shares = shares_of(rest, e);
     std::size_t p = 0;
     for_each_point(rest, e, q, [&](Index i, const Matrix3& f) {
-      body(shares[p++], f, system.first_piola(i, q));
+      body(shares[p++], f, [&] { return system.first_piola(i, q); });
     });
     return;
   }
@@ -60,7 +67,7 @@ void for_mean(const MechanicalSystem& system, Index e, const Vector& q, const Bo
   }
   for (std::size_t k = 0; k < kRule.size(); ++k) {
     const Matrix3 f = element.deformation_gradient(kRule[k].l);
-    body(volumes[k] / sum, f, element.first_piola(f));
+    body(volumes[k] / sum, f, [&] { return element.first_piola(f); });
   }
 }
 
@@ -74,17 +81,15 @@ Vector6 six_components(const Matrix3& s) {
 
 Matrix3 cauchy_stress(const MechanicalSystem& system, Index e, const Vector& q) {
   Matrix3 mean = Matrix3::Zero();
-  for_mean(system, e, q, [&](double share, const Matrix3& f, const Matrix3& first_piola) {
-    mean += share * cauchy_of(first_piola, f);
+  for_mean(system, e, q, [&](double share, const Matrix3& f, const auto& first_piola) {
+    mean += share * cauchy_of(first_piola(), f);
   });
   return mean;
 }
 
 double volume_ratio(const MechanicalSystem& system, Index e, const Vector& q) {
   const RestState& rest = system.rest();
-  if (!rest.is_quadratic()) {
-    return deformation_gradient(rest.point(e), 0, rest.gather(q, e)).determinant();
-  }
+  if (!rest.is_quadratic()) return linear_gradient(rest, e, q).determinant();
   PointEdges edges;
   for (std::size_t p = 0; p < edges.size(); ++p) {
     edges[p] = rest.gather(q, 4 * e + static_cast<Index>(p)).rightCols<3>();
@@ -106,46 +111,81 @@ double von_mises(const Matrix3& stress) {
   return std::sqrt(1.5) * deviator.norm();
 }
 
-ElementFields element_fields(const MechanicalSystem& system, const Vector& q) {
-  const RestState& rest = system.rest();
-  const Index count = rest.element_count();
-  const int points = rest.points_per_element();
-  ElementFields fields;
-  fields.cauchy_stress.resize(6, count);
-  fields.green_strain.resize(6, count);
-  fields.von_mises.resize(1, count);
-  fields.jacobian.resize(1, count);
-  Vector densities;
-  system.elastic_energy_densities(q, densities);
-  fields.energy_density.setZero(1, count);
-  parallel_for(count, 512, [&](Index begin, Index end) {
-    for (Index e = begin; e < end; ++e) {
-      Matrix3 stress = Matrix3::Zero();
-      Matrix3 strain = Matrix3::Zero();
-      for_mean(system, e, q, [&](double share, const Matrix3& f, const Matrix3& first_piola) {
-        stress += share * cauchy_of(first_piola, f);
-        strain += share * 0.5 * (f.transpose() * f - Matrix3::Identity());
-      });
-      const std::array<double, 4> shares = shares_of(rest, e);
-      for (int p = 0; p < points; ++p) {
-        fields.energy_density(0, e) +=
-            shares[static_cast<std::size_t>(p)] * densities[points * e + p];
-      }
-      fields.cauchy_stress.col(e) = six_components(stress);
-      fields.green_strain.col(e) = six_components(strain);
-      fields.von_mises(0, e) = von_mises(stress);
-      fields.jacobian(0, e) = volume_ratio(system, e, q);
-    }
-  });
-  return fields;
+double von_mises(const Vector6& s) {
+  const Eigen::Array3d differences(s[0] - s[1], s[1] - s[2], s[2] - s[0]);
+  return std::sqrt(0.5 * differences.square().sum() + 3.0 * s.tail<3>().squaredNorm());
 }
 
-Vector von_mises_stress(const MechanicalSystem& system, const Vector& q) {
-  Vector values(system.rest().element_count());
-  parallel_for(values.size(), 512, [&](Index begin, Index end) {
-    for (Index e = begin; e < end; ++e) values[e] = von_mises(cauchy_stress(system, e, q));
+Matrix cauchy_stresses(const MechanicalSystem& system, const Vector& q) {
+  const RestState& rest = system.rest();
+  if (!rest.is_quadratic()) {
+    Matrix stresses = BlockAccess::cauchy_stresses(system.elastic(), q);
+    if (const NodalVolume* volume = system.nodal_volume(); volume != nullptr) {
+      stresses.topRows(3).rowwise() += volume->mean_tensions(q).transpose();
+    }
+    return stresses;
+  }
+  Matrix stresses(6, rest.element_count());
+  parallel_for(stresses.cols(), 512, [&](Index begin, Index end) {
+    for (Index e = begin; e < end; ++e) {
+      stresses.col(e) = six_components(cauchy_stress(system, e, q));
+    }
+  });
+  return stresses;
+}
+
+Matrix von_mises_stresses(const Matrix& cauchy_stress) {
+  Matrix values(1, cauchy_stress.cols());
+  parallel_for(values.cols(), 4096, [&](Index begin, Index end) {
+    for (Index i = begin; i < end; ++i) values(0, i) = von_mises(Vector6(cauchy_stress.col(i)));
   });
   return values;
+}
+
+Matrix green_strains(const MechanicalSystem& system, const Vector& q) {
+  const RestState& rest = system.rest();
+  const auto of = [](const Matrix3& f) -> Matrix3 {
+    return 0.5 * (f.transpose() * f - Matrix3::Identity());
+  };
+  Matrix strains(6, rest.element_count());
+  parallel_for(strains.cols(), 512, [&](Index begin, Index end) {
+    for (Index e = begin; e < end; ++e) {
+      if (!rest.is_quadratic()) {
+        strains.col(e) = six_components(of(linear_gradient(rest, e, q)));
+        continue;
+      }
+      Matrix3 mean = Matrix3::Zero();
+      for_mean(system, e, q,
+               [&](double share, const Matrix3& f, const auto&) { mean += share * of(f); });
+      strains.col(e) = six_components(mean);
+    }
+  });
+  return strains;
+}
+
+Matrix energy_densities(const MechanicalSystem& system, const Vector& q) {
+  const RestState& rest = system.rest();
+  Vector of_points;
+  system.elastic_energy_densities(q, of_points);
+  if (!rest.is_quadratic()) return of_points.transpose();
+  Matrix densities = Matrix::Zero(1, rest.element_count());
+  for (Index e = 0; e < densities.cols(); ++e) {
+    const std::array<double, 4> shares = shares_of(rest, e);
+    for (std::size_t p = 0; p < shares.size(); ++p) {
+      densities(0, e) += shares[p] * of_points[4 * e + static_cast<Index>(p)];
+    }
+  }
+  return densities;
+}
+
+ElementFields element_fields(const MechanicalSystem& system, const Vector& q) {
+  ElementFields fields;
+  fields.cauchy_stress = cauchy_stresses(system, q);
+  fields.green_strain = green_strains(system, q);
+  fields.von_mises = von_mises_stresses(fields.cauchy_stress);
+  fields.jacobian = volume_ratios(system, q).transpose();
+  fields.energy_density = energy_densities(system, q);
+  return fields;
 }
 
 Vector volume_ratios(const MechanicalSystem& system, const Vector& q) {
@@ -161,8 +201,8 @@ Matrix first_piola_stress(const MechanicalSystem& system, const Vector& q) {
   parallel_for(stress.cols(), 512, [&](Index begin, Index end) {
     for (Index e = begin; e < end; ++e) {
       Matrix3 mean = Matrix3::Zero();
-      for_mean(system, e, q, [&](double share, const Matrix3&, const Matrix3& first_piola) {
-        mean += share * first_piola.transpose();
+      for_mean(system, e, q, [&](double share, const Matrix3&, const auto& first_piola) {
+        mean += share * first_piola().transpose();
       });
       stress.col(e) = mean.reshaped();
     }

@@ -1,5 +1,6 @@
 #include "tetraction/fem/elastic_potential.h"
 
+#include <Eigen/LU>
 #include <utility>
 
 #include "block_stiffness.h"
@@ -151,12 +152,17 @@ bool ElasticPotential::element_terms(Index e, const Positions& q, bool with_hess
 }
 
 void ElasticPotential::energy_densities(const Vector& q, Vector& densities) const {
-  densities.setZero(impl_->rest.point_count());
-  impl_->for_each_admissible(q, MaterialOrder::kEnergy,
-                             [&](Index i, const Shape::NodeMatrix& local, const auto& material) {
-                               densities[i] = material.energy_density(
-                                   deformation_gradient(impl_->rest.point(i), 0, local));
-                             });
+  const Impl& s = *impl_;
+  densities.setZero(s.rest.point_count());
+  parallel_for(s.blocks.block_count(), 1, [&](Index begin, Index end) {
+    for (Index b = begin; b < end; ++b) {
+      s.for_each_at(s.blocks.block(b), q, MaterialOrder::kEnergy,
+                    [&](Index i, const Shape::NodeMatrix& local, const auto& material, Index, int) {
+                      const Matrix3 f = local.rightCols<3>() * s.rest.point_edges(i).inverse();
+                      if (material.admissible(f)) densities[i] = material.energy_density(f);
+                    });
+    }
+  });
 }
 
 Matrix3 ElasticPotential::first_piola(Index point, const Vector& q) const {

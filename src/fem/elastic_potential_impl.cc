@@ -14,20 +14,11 @@
 #include "tetraction/core/error.h"
 
 namespace tetraction {
-namespace {
-
-// Whether the kernels are too inaccurate for the shapes of the block's elements. The kernels work
-// on edges. Their round-off in det F grows with the square of the aspect ratio, and that of the
-// metric terms of Saint Venant–Kirchhoff, Mooney–Rivlin and Ogden with its cube. The loop over single
-// elements works on F, and its round-off grows with the ratio itself. The difference matters to
-// callers that give positions as a sum for the sake of accuracy.
 bool loses_digits(const ElementBlocks::Block& block, const IsotropicModel& model) {
   const TangentForm form = tangent_form(model, false);
   const bool has_metric = has(form, TangentForm::kMetric) || has(form, TangentForm::kPrincipal);
   return block.aspect > (has_metric ? 12.0 : 50.0);
 }
-
-}  // namespace
 
 ElasticPotential::Impl::Impl(const RestState& rest_state, std::vector<MaterialField> models,
                              std::vector<int> index_of_element)

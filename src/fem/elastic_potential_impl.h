@@ -104,6 +104,13 @@ struct ValueLists {
   }
 };
 
+// Whether the kernels are too inaccurate for the shapes of the block's elements. The kernels work
+// on edges. Their round-off in det F grows with the square of the aspect ratio, and that of the
+// metric terms of Saint Venant–Kirchhoff, Mooney–Rivlin and Ogden with its cube. The loop over single
+// elements works on F, and its round-off grows with the ratio itself. The difference matters where
+// small strains are computed from positions that are given as a sum, and to stresses.
+bool loses_digits(const ElementBlocks::Block& block, const IsotropicModel& model);
+
 // The blocks that have shared vertices of a part of a body, and the other ones.
 struct BlockLists {
   std::vector<Index> outer;

@@ -188,8 +188,15 @@ Eigen::Vector4d ElementBlocks::record_sum(const AlignedVector<double>& records, 
 
 template <bool kAdd>
 void ElementBlocks::gather(const AlignedVector<double>& records, Vector& field) const {
+  // The records of a vertex lie in different blocks, far apart. The processor gets those of a few vertices at a time.
+  constexpr Index kAhead = 32;
+  const std::int32_t* const last = vertex_records_.data() + vertex_records_.size() - 1;
   parallel_for(field.size() / 3, 2048, [&](Index begin, Index end) {
     for (Index v = begin; v < end; ++v) {
+      for (const std::int32_t* r = records_begin(v); r != records_end(v); ++r) {
+        const std::int32_t ahead = last - r > kAhead ? r[kAhead] : *r;
+        __builtin_prefetch(records.data() + kRecordSize * static_cast<Index>(ahead));
+      }
       const Eigen::Vector4d sum = record_sum(records, v);
       if constexpr (kAdd) {
         field.segment<3>(3 * v) += sum.head<3>();

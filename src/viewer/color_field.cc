@@ -1,11 +1,7 @@
 #include "color_field.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
-#include <array>
 #include <cctype>
-#include <cmath>
 
 namespace tetraction::viewer {
 namespace {
@@ -61,24 +57,6 @@ std::vector<float> color_values(const Matrix& values, int component) {
                                                         : column.norm());
   }
   return result;
-}
-
-PrefixedUnit prefixed_unit(double size, const std::string& unit) {
-  static constexpr std::array kPrefixes{"n", "µ", "m", "", "k", "M", "G", "T"};
-  constexpr int kNone = 3;
-  if (unit.empty() || unit.starts_with("kg") || !(size > 0.0) || !std::isfinite(size)) {
-    return {1.0, unit};
-  }
-  // The slack is for round-off: 1000 × (1 − 1e-12) is written as 1 k.
-  const int power = static_cast<int>(std::floor(std::log10(size * (1.0 + 1e-9)) / 3.0));
-  const int place = std::clamp(power + kNone, 0, static_cast<int>(kPrefixes.size()) - 1);
-  return {std::pow(1000.0, place - kNone), kPrefixes[static_cast<std::size_t>(place)] + unit};
-}
-
-std::string with_prefix(double value, const std::string& unit) {
-  const PrefixedUnit prefixed = prefixed_unit(std::abs(value), unit);
-  const std::string number = fmt::format("{:.3g}", value / prefixed.factor);
-  return unit.empty() ? number : number + " " + prefixed.unit;
 }
 
 }  // namespace tetraction::viewer

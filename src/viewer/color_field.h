@@ -1,4 +1,4 @@
-// What colours the body, and how its numbers are written.
+// What colours the body.
 #pragma once
 
 #include <optional>
@@ -35,16 +35,5 @@ const std::vector<ColorField>& color_fields();
 
 /// The values that are drawn, out of components × places.
 std::vector<float> color_values(const Matrix& values, int component);
-
-/// A power of a thousand, with which numbers are written with few digits: 1e6 and "MPa".
-struct PrefixedUnit {
-  double factor = 1.0;
-  std::string unit;
-};
-
-/// For numbers up to `size`. Units that begin with "kg", and pure numbers, have no prefix.
-PrefixedUnit prefixed_unit(double size, const std::string& unit);
-/// Such as "1.2 MPa".
-std::string with_prefix(double value, const std::string& unit);
 
 }  // namespace tetraction::viewer

@@ -6,7 +6,7 @@
 namespace tetraction::viewer {
 
 /// Tells when the energy error has grown to more than a hundredth of the energy that entered
-/// (Balance::energy_scale()), and stays there. The losses of `backward-euler` do not count, because
+/// (Balance::energy_scale()) and to more than a step changes the kinetic energy, and stays there. The losses of `backward-euler` do not count, because
 /// they are a property of that rule.
 class EnergyWatch {
  public:
@@ -24,7 +24,9 @@ class EnergyWatch {
   double error_ = 0.0;
   double entered_ = 0.0;
   double limit_ = 0.0;
-  int steps_ = 0;  // in a row with a larger error
+  double kinetic_ = 0.0;   // after the last step, J
+  double exchange_ = 0.0;  // the largest change of the kinetic energy in one of the steps_, J
+  int steps_ = 0;          // in a row with a larger error
 };
 
 }  // namespace tetraction::viewer

@@ -42,24 +42,6 @@ std::string region_name(const MaterialRegionSettings& region, std::size_t number
   return fmt::format("region {}", number);
 }
 
-// Whether an event would change a constraint that the user has taken away, and so bring it back. `edit` has the
-// number of the scene, and `translated` that of the session.
-bool changes_what_was_removed(const Edit& edit, const Edit& translated, const Session& session,
-                              std::span<const EventSettings> earlier) {
-  const auto* wanted = std::get_if<SetConstraint>(&translated);
-  if (wanted == nullptr || !wanted->index) return false;
-  const auto& all = session.constraints();
-  if (*wanted->index >= all.size() || all[*wanted->index]) return false;
-  const std::size_t number = *std::get<SetConstraint>(edit).index;
-  const auto removes = [number](const Edit& other) {
-    const auto* removal = std::get_if<RemoveConstraint>(&other);
-    return removal != nullptr && removal->index == number;
-  };
-  return std::ranges::none_of(earlier, [&](const EventSettings& event) {
-    return std::ranges::any_of(event.edits, removes);
-  });
-}
-
 }  // namespace
 
 Engine::Engine(const Scene& scene, const TetMesh& mesh, Recording& recording)
@@ -90,19 +72,26 @@ Settings Engine::settings() const {
   for (std::size_t i = 0; i < regions.size(); ++i) {
     settings.region_names.push_back(region_name(regions[i], i + 1));
   }
-  static_cast<ChangeableSections&>(settings) = session_->settings();
-  settings.time.step = session_->time_step();
+  static_cast<ChangeableSections&>(settings) = sections();
   settings.loads = session_->loads();
-  for (std::size_t i = 0; i < session_->fix_count(); ++i) {
-    const PresentFix fix = session_->fix(i);
-    settings.fixes.push_back(fix.settings);
-    if (!fix.vertices.empty()) settings.holding.push_back(i);
-  }
+  settings.fixes = session_->settings().constraints.fix_settings;
   settings.constraints = session_->constraints();
+  settings.present = present_entries(*session_);
+  for (std::size_t list = 0; list < kLoadKinds; ++list) {
+    std::erase_if(settings.present[list],
+                  [&](std::size_t number) { return has(edits_->undone_loads(), list, number); });
+  }
   return settings;
 }
 
-Vector Engine::user_force() const {
+ChangeableSections Engine::sections() const {
+  ChangeableSections sections = session_->settings();
+  sections.time.step = session_->time_step();
+  return sections;
+}
+
+const Vector& Engine::user_force() {
+  if (user_force_) return *user_force_;
   const TetMesh& mesh = session_->system().mesh();
   Vector sum = Vector::Zero(3 * mesh.vertex_count());
   const std::vector<ForceSettings>& forces = session_->loads().force;
@@ -112,11 +101,12 @@ Vector Engine::user_force() const {
       vertex_block(sum, v) += forces[i].vector;
     }
   }
-  return sum;
+  return user_force_.emplace(std::move(sum));
 }
 
 void Engine::apply(const Edit& edit, const std::string& what, bool by_user) {
   session_->apply(edit, what);
+  if (std::holds_alternative<SetForce>(edit)) user_force_.reset();
   recording_.add(*session_, edit, what, by_user);
   // The edits of a drag have one mark.
   if (what != last_mark_) marks_.push_back({session_->time(), what});
@@ -129,6 +119,8 @@ void Engine::apply(const Edit& edit, const std::string& what, bool by_user) {
     warned_causes_.insert(cause);
   }
   limit_changed_ = limit_changed_ || may_change_limit(edit);
+  entries_changed_ =
+      entries_changed_ || edited_entry(edit) || std::holds_alternative<SetMaterial>(edit);
 }
 
 void Engine::report_new_warnings() {
@@ -167,23 +159,57 @@ void Engine::edit(Edit edit, const std::string& what, bool continues_previous) {
     set->settings.end = std::numeric_limits<double>::infinity();
   }
   const ForEachList<std::size_t> before = counts_of(*session_);
+  std::shared_ptr<const KeptState> state =
+      edits_->begins_entry(continues_previous) ? kept_state() : nullptr;
   edits_->make(edit, what, continues_previous);
+  if (state) before_.push_back(std::move(state));
+  if (before_.size() > edits_->undo_count()) before_.erase(before_.begin());
   ++edit_count_;
   const std::optional<EditedEntry> entry = edited_entry(edit);
   if (entry && entry->adds) newest_[entry->list] = before[entry->list];
 }
 
+void Engine::change_other(const std::string& what, const std::function<void(bool)>& act) {
+  edits_->make_other(what, act);
+  ++edit_count_;
+}
+
 void Engine::undo() {
   require_good_state();
   release();  // a drag is undone as a whole
-  edits_->undo();
+  if (before_.empty() || edits_->undoes_other()) {
+    edits_->undo();
+  } else {
+    take_back();
+  }
   ++edit_count_;
+}
+
+// No step has been made since the last edit: everything becomes as it was, and the recording has no trace of it.
+void Engine::take_back() {
+  const std::string what = "undo: " + edits_->undo_text();
+  const std::shared_ptr<const KeptState> kept = before_.back();
+  Recording::Data recorded = recording_.data();
+  for (std::size_t i = kept->settings->recorded; i < recorded.entries.size(); ++i) {
+    const std::string cause = cause_of(recorded.entries[i].edit);
+    if (warned_causes_.erase(cause) > 0) end_cause(cause);
+  }
+  put_back(*kept, std::move(recorded), session_->edits(), what);
+  edits_->take_back();
+  before_.pop_back();
+  for (std::size_t list = 0; list < kEntryLists; ++list) {
+    if (newest_[list] >= counts_of(*session_)[list]) newest_[list].reset();
+  }
+  marks_.push_back({session_->time(), what});
 }
 
 void Engine::redo() {
   require_good_state();
   release();
+  std::shared_ptr<const KeptState> state = edits_->redoes_other() ? nullptr : kept_state();
+  const std::size_t count = edits_->undo_count();
   edits_->redo();
+  if (state && edits_->undo_count() > count) before_.push_back(std::move(state));
   ++edit_count_;
 }
 
@@ -276,9 +302,10 @@ void Engine::make_due_events() {
               "it changes an entry that an earlier event should have added, but that event was "
               "refused.");
         }
-        if (changes_what_was_removed(edit, *translated, *session_,
+        if (changes_what_was_removed(edit, *translated, present_entries(*session_),
                                      std::span(events_).first(next_event_))) {
-          throw InputError("it changes a constraint that was deleted or switched off.");
+          throw InputError(
+              "it changes a fixed set or a constraint that was deleted or switched off.");
         }
         translated = with_present_settings(*translated, event, settings());
         if (auto* set = std::get_if<SetTime>(&*translated)) {
@@ -287,6 +314,8 @@ void Engine::make_due_events() {
         }
         apply(*translated, what, false);
         refused = false;
+        // What was taken back would be added with other numbers.
+        if (counts_of(*session_) != before) edits_->forget_undone();
       } catch (const InputError& error) {
         notices_.push_back({Notice::Kind::kRefused,
                             fmt::format("The {} could not be made: {}", what, error.what())});
@@ -299,11 +328,13 @@ void Engine::make_due_events() {
 
 bool Engine::step() {
   require_good_state();
+  before_.clear();
   make_due_events();
   with_drag([](auto& drag) { drag.before_step(); });
   session_->land_at(next_event_ < events_.size() ? events_[next_event_].at
                                                  : std::numeric_limits<double>::infinity());
   const bool succeeded = session_->step();
+  before_.clear();
   if (succeeded) edits_->stepped();
   report_new_warnings();
   recording_.move_to(*session_);
@@ -326,18 +357,49 @@ void Engine::go_back() {
 std::shared_ptr<const KeptState> Engine::kept_state() {
   const std::size_t edits = session_->edits().size();
   if (!kept_settings_ || kept_settings_->edits != edits) {
-    kept_settings_ = std::make_shared<const KeptSettings>(
-        KeptSettings{session_->settings(), prescribed_vertices(*session_), edits,
-                     recording_.entry_count(), next_event_, numbering_, end_});
+    kept_settings_ = std::make_shared<const KeptSettings>(KeptSettings{
+        session_->settings(), prescribed_vertices(*session_), edits, recording_.entry_count(),
+        next_event_, numbering_, end_, edits_->undone_loads()});
   }
   return std::make_shared<const KeptState>(KeptState{session_->present_state(),
                                                      session_->balance().sums(),
                                                      session_->time_step(), kept_settings_});
 }
 
+// Puts the session back to a state of a run with this recording and these Session::edits().
+void Engine::put_back(const KeptState& kept, Recording::Data recorded,
+                      const std::vector<AppliedEdit>& edits, const std::string& what) {
+  const KeptSettings& then = *kept.settings;
+  Checkpoint checkpoint = session_->checkpoint();
+  checkpoint.settings = then.settings;
+  checkpoint.state = kept.state;
+  checkpoint.balance = kept.balance;
+  checkpoint.progress.edits.assign(edits.begin(),
+                                   edits.begin() + static_cast<std::ptrdiff_t>(then.edits));
+  session_->restore(checkpoint);
+  reported_warnings_ = std::min(reported_warnings_, session_->warnings().size());
+  limit_changed_ = entries_changed_ = true;
+  kept_settings_.reset();
+  user_force_.reset();
+  next_event_ = then.events_made;
+  numbering_ = then.numbering;
+  end_ = then.end;
+  recorded.entries.resize(then.recorded);
+  recorded.events_made = then.events_made;
+  recorded.numbering = then.numbering;
+  recording_.restore(std::move(recorded));
+  if (session_->step_number() > 0) {
+    // A replay must begin anew here, too, and count its steps from here.
+    TimeSettings time = then.settings.time;
+    if (time.adapt != StepAdaptation::kNone) time.step = kept.time_step;
+    apply(SetSolver{then.settings.solver}, what, false);
+    apply(SetTime{time}, what, false);
+  }
+  recording_.move_to(*session_);
+}
+
 std::vector<MadeEdit> Engine::restore(const KeptState& kept, Recording::Data recorded,
-                                      const std::vector<AppliedEdit>& edits,
-                                      const std::string& what) {
+                                      const Engine& other, const std::string& what) {
   const KeptSettings& then = *kept.settings;
   // The edits of the user with the indices of what they added, as EditHistory has them.
   ForEachList<std::size_t> counts = counts_of(*session_);
@@ -353,34 +415,32 @@ std::vector<MadeEdit> Engine::restore(const KeptState& kept, Recording::Data rec
     if (entry.by_user) (i < then.recorded ? before : after).push_back(std::move(made));
   }
 
-  Checkpoint checkpoint = session_->checkpoint();
-  checkpoint.settings = then.settings;
-  checkpoint.state = kept.state;
-  checkpoint.balance = kept.balance;
-  checkpoint.progress.edits.assign(edits.begin(),
-                                   edits.begin() + static_cast<std::ptrdiff_t>(then.edits));
-  session_->restore(checkpoint);
-  next_event_ = then.events_made;
-  numbering_ = then.numbering;
-  end_ = then.end;
-  edits_->remember(std::move(before));
-  recorded.entries.resize(then.recorded);
-  recorded.events_made = then.events_made;
-  recorded.numbering = then.numbering;
-  recording_.restore(std::move(recorded));
-  // A replay must begin anew here, too, and count its steps from here.
-  TimeSettings time = then.settings.time;
-  if (time.adapt != StepAdaptation::kNone) time.step = kept.time_step;
-  apply(SetSolver{then.settings.solver}, what, false);
-  apply(SetTime{time}, what, false);
-  recording_.move_to(*session_);
+  put_back(kept, std::move(recorded), other.session().edits(), what);
+  // Loads that were undone and that this run does not have yet are left out.
+  const EntryNumbers& undone = other.edits().undone_loads();
+  EntryNumbers undone_here;
+  for (std::size_t list = 0; list < kLoadKinds; ++list) {
+    const std::size_t count = counts_of(*session_)[list];
+    std::ranges::copy_if(undone[list], std::back_inserter(undone_here[list]),
+                         [count](std::size_t number) { return number < count; });
+  }
+  std::erase_if(after, [&](const MadeEdit& made) {
+    const std::optional<EditedEntry> entry = edited_entry(made.edit);
+    return entry && entry->index && has(undone, entry->list, *entry->index) &&
+           !has(undone_here, entry->list, *entry->index);
+  });
+  edits_->remember(std::move(before), std::move(undone_here));
   return after;
 }
 
 void Engine::go_before_last_edit() {
   go_back();
   release();
-  edits_->go_before_last();
+  if (before_.empty()) {
+    edits_->go_before_last();
+  } else {
+    take_back();
+  }
   ++edit_count_;
 }
 

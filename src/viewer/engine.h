@@ -2,6 +2,7 @@
 // and their recording.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <optional>
 #include <set>
@@ -26,12 +27,16 @@ class Engine {
 
   const Session& session() const { return *session_; }
   Settings settings() const;
+  /// Those of sections alone, whose number does not grow with edits.
+  ChangeableSections sections() const;
   /// The sum of the forces that edits have put on single vertices, 3 per vertex, N.
-  Vector user_force() const;
+  const Vector& user_force();
   const EditHistory& edits() const { return *edits_; }
 
   /// If one of these functions throws InputError, nothing has changed.
   void edit(Edit edit, const std::string& what, bool continues_previous);
+  /// EditHistory::make_other().
+  void change_other(const std::string& what, const std::function<void(bool)>& act);
   void undo();
   void redo();
   /// A drag with the mouse: grab() begins it, drag_to() moves the first vertex to a position (m) in
@@ -46,6 +51,7 @@ class Engine {
   const SpringDrag* spring() const { return spring_ ? &*spring_ : nullptr; }
   void drag_to(const Vector3& position, double duration);
   void release();
+  void make_due_events();
   /// Makes the events that are due, then one step. Returns false if the run has ended. The session's
   /// status() then has the reason.
   bool step();
@@ -57,12 +63,11 @@ class Engine {
   void go_before_last_edit();
   /// The present state, for restore().
   std::shared_ptr<const KeptState> kept_state();
-  /// Goes on from a state that another engine of the same scene has kept. `recorded` and `edits` are the
-  /// recording of its run and Session::edits(). Of both, what came after the state is left out. Stepper
-  /// and solver begin anew, which is recorded as edits, `what`. Returns the edits that the user made after
-  /// the state.
+  /// Goes on from a state that another engine of the same scene has kept. `recorded` is the recording
+  /// of its run, whose entries after the state are left out. Stepper and solver begin anew, which is
+  /// recorded as edits, `what`. Returns the edits that the user made after the state.
   std::vector<MadeEdit> restore(const KeptState& kept, Recording::Data recorded,
-                                const std::vector<AppliedEdit>& edits, const std::string& what);
+                                const Engine& other, const std::string& what);
   /// Whether a time, s, is the end of the run or beyond it: time.end of the scene or of its events so far.
   bool is_at_end(double time) const {
     constexpr double kRoundOff = 1e-9;
@@ -79,12 +84,16 @@ class Engine {
   std::vector<EditMark> take_marks() { return std::exchange(marks_, {}); }
   /// The number of edits, undos and redos that succeeded since the last call.
   std::size_t take_edit_count() { return std::exchange(edit_count_, 0); }
+  /// Whether settings besides those of sections() may have changed since the last call.
+  bool take_entry_change() { return std::exchange(entries_changed_, false); }
   /// Whether an edit may have changed the stability limit since the last call.
   bool take_limit_change() { return std::exchange(limit_changed_, false); }
 
  private:
   void apply(const Edit& edit, const std::string& what, bool by_user = true);
-  void make_due_events();
+  void take_back();
+  void put_back(const KeptState& kept, Recording::Data recorded,
+                const std::vector<AppliedEdit>& edits, const std::string& what);
   template <class Work>
   void with_drag(const Work& work);
   void report_refused_drag(const std::string& reason);
@@ -96,6 +105,8 @@ class Engine {
   Recording& recording_;
   std::unique_ptr<Session> session_;
   std::unique_ptr<EditHistory> edits_;
+  // The states before the last entries of the edits, after which no step was made.
+  std::vector<std::shared_ptr<const KeptState>> before_;
   std::optional<VertexDrag> drag_;
   std::optional<SpringDrag> spring_;
   std::string refused_drag_;      // the last notice of the drag, which is not repeated
@@ -104,6 +115,7 @@ class Engine {
   std::size_t next_event_ = 0;
   double end_ = 0.0;
   ForEachList<std::optional<std::size_t>> newest_;
+  std::optional<Vector> user_force_;
   std::vector<Notice> notices_;
   std::vector<std::string> ended_causes_;
   std::set<std::string> warned_causes_;  // edits with a warning that holds
@@ -113,6 +125,7 @@ class Engine {
   std::string last_mark_;  // of a drag, whose edits share one
   std::size_t edit_count_ = 0;
   bool limit_changed_ = false;
+  bool entries_changed_ = true;
 };
 
 }  // namespace tetraction::viewer

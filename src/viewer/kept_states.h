@@ -20,7 +20,8 @@ struct KeptSettings {
   std::size_t recorded = 0;         ///< entries of the recording
   std::size_t events_made = 0;
   Numbering numbering;
-  double end = 0.0;  ///< time.end of the scene or of its events so far, s
+  double end = 0.0;             ///< time.end of the scene or of its events so far, s
+  EntryNumbers undone_loads{};  ///< of the EditHistory
 };
 
 /// A state with all that a run needs to go on from it. Only the state takes much memory; the settings

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "color_field.h"
+#include "display_units.h"
 
 namespace tetraction::viewer {
 namespace {

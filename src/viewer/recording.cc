@@ -1,10 +1,14 @@
 #include "recording.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <span>
 #include <utility>
 
+#include "tetraction/core/error.h"
 #include "viewer/edits/event_edits.h"
 
 namespace tetraction::viewer {
@@ -49,12 +53,24 @@ std::size_t Recording::entry_count() const {
   return data_.entries.size();
 }
 
+void Recording::add(const NamedSelection& named) {
+  const std::lock_guard lock(mutex_);
+  const auto known = std::ranges::find(data_.start.selection, named.name, &NamedSelection::name);
+  if (known == data_.start.selection.end()) {
+    data_.start.selection.push_back(named);
+  } else if (!(known->select == named.select)) {
+    throw InputError(fmt::format(
+        "The name \"{}\" was used in this run already: choose another one.", named.name));
+  }
+}
+
 void Recording::add(const Session& session, const Edit& edit, const std::string& note,
                     bool by_user) {
   const std::lock_guard lock(mutex_);
   data_.entries.push_back(
       {session.step_number(), session.time(), session.time_step(), edit, note, by_user});
   data_.counts = counts_of(session);
+  data_.present = present_entries(session);
 }
 
 void Recording::move_to(const Session& session) {
@@ -62,6 +78,7 @@ void Recording::move_to(const Session& session) {
   data_.step = session.step_number();
   data_.time = session.time();
   data_.counts = counts_of(session);
+  data_.present = present_entries(session);
   if (data_.entries.empty()) data_.first_time_step = session.time_step();
 }
 
@@ -138,6 +155,10 @@ void Recording::add_events_to_come(Scene& scene) const {
     event.edits.clear();
     for (const Edit& edit : data_.start.event[i].edits) {
       std::optional<Edit> translated = numbering.translated(edit);
+      if (translated && changes_what_was_removed(edit, *translated, data_.present,
+                                                 std::span(data_.start.event).first(i + 1))) {
+        translated.reset();
+      }
       if (translated && !data_.entries.empty()) {
         translated = with_present_settings(*translated, data_.start.event[i], present);
       }

@@ -31,6 +31,7 @@ class Recording {
     double time = 0.0;
     double first_time_step = 0.0;
     ForEachList<std::size_t> counts{};
+    EntryNumbers present{};  ///< present_entries()
     std::size_t events_made = 0;
     Numbering numbering{Scene()};
   };
@@ -43,6 +44,8 @@ class Recording {
 
   /// Begins again with a scene.
   void begin(const Scene& scene);
+  /// Adds a selection to the start, if it is not there. Throws InputError if another one has its name.
+  void add(const NamedSelection& named);
   /// Adds an edit that the session has just made.
   void add(const Session& session, const Edit& edit, const std::string& note, bool by_user);
   /// Must be called when the session has made a step or gone back.

@@ -35,6 +35,9 @@ void Simulation::run() {
 void Simulation::pause() {
   impl_->send(Action{&SolverThread::pause});
 }
+void Simulation::make_due_events() {
+  impl_->send(Action{[](SolverThread& solver) { solver.engine().make_due_events(); }});
+}
 void Simulation::step() {
   impl_->send(Action{&SolverThread::step_once});
 }
@@ -92,6 +95,12 @@ void Simulation::set_up(Scene scene, std::string what) {
   ++impl_->lock()->set_ups_to_come;
   impl_->send(Action{[scene = std::move(scene), what = std::move(what)](SolverThread& solver) {
                        solver.set_up(scene, what);
+                     },
+                     true});
+}
+void Simulation::add_selection(NamedSelection named, std::string what) {
+  impl_->send(Action{[named = std::move(named), what = std::move(what)](SolverThread& solver) {
+                       solver.add_selection(named, what);
                      },
                      true});
 }
@@ -161,7 +170,10 @@ Settings Simulation::settings() const {
 }
 Present Simulation::present() const {
   const auto shared = impl_->lock();
-  return {shared->settings_number, shared->settings, shared->scene, shared->edited_scene};
+  return {shared->settings_number, shared->settings, shared->scene};
+}
+EditedScene Simulation::edited_scene() const {
+  return impl_->edited();
 }
 std::size_t Simulation::settings_number() const {
   return impl_->lock()->settings_number;

@@ -28,9 +28,8 @@ struct Settings : ChangeableSections {
   std::vector<std::string> region_names;
   LoadLists loads;
   std::vector<FixSettings> fixes;  ///< with those that have been released
-  /// The numbers of the fixes that still hold vertices.
-  std::vector<std::size_t> holding;
   std::vector<std::optional<ConstraintSettings>> constraints;  ///< null: removed
+  EntryNumbers present;  ///< present_entries() without loads whose addition was undone
 };
 
 /// An index that stands for the fix, force or constraint that edit() added last.
@@ -49,8 +48,7 @@ struct Notice {
 struct Present {
   std::size_t number = 0;  ///< Simulation::settings_number()
   Settings settings;
-  std::shared_ptr<const Scene> start;         ///< without the edits
-  std::shared_ptr<const EditedScene> edited;  ///< with the edits as if they held from the start
+  std::shared_ptr<const Scene> start;  ///< without the edits
 };
 
 /// Runs a scene in its own thread. The functions must be called from one thread, that of the window.
@@ -78,6 +76,8 @@ class Simulation {
 
   void run();
   void pause();
+  /// Makes the events of the scene that are due now, which otherwise the next step would do.
+  void make_due_events();
   /// Makes one step, then pauses.
   void step();
   /// Returns to the scene's start and pauses. Settings that the user changed keep their present
@@ -121,10 +121,13 @@ class Simulation {
   /// not been made yet.
   void edit(Edit edit, std::string what, bool continues_previous = false);
   /// Sets up a scene in place of the present one, pauses at its start and makes a notice. All edits
-  /// have to be in that scene (Present::edited). If the scene cannot be set up, nothing changes, and
+  /// have to be in that scene (edited_scene()). If the scene cannot be set up, nothing changes, and
   /// take_refusal() has the reason.
   void set_up(Scene scene, std::string what);
-  /// Why set_up() did not succeed. No value if there is no news.
+  /// Adds a named selection to the scene, as one entry of undo(). Nothing uses it yet, so that the run goes on. If
+  /// the name is taken, take_refusal() says so.
+  void add_selection(NamedSelection named, std::string what);
+  /// Why set_up() or add_selection() did not succeed. No value if there is no news.
   std::optional<std::string> take_refusal();
 
   /// Undoes the last edit, restart() or set_up(). After the last two the run is as it was before, with its
@@ -173,6 +176,9 @@ class Simulation {
   /// A counter that increases when the settings may have changed.
   std::size_t settings_number() const;
   Present present() const;
+  /// The scene with all edits so far as if they held from its start. It is made when it is asked for, because
+  /// this takes longer the more edits there are. Waits for the command in progress, but not for a step.
+  EditedScene edited_scene() const;
   /// Whether set_up() was called and has not been executed yet.
   bool is_setting_up() const;
   /// The rows of the history from index `from` on. Row 0 is the start.

@@ -96,6 +96,7 @@ void SolverThread::continue_run(std::vector<Run>& from, std::vector<Run>& others
   engine_->release();
   Run next = std::move(from.back());
   const std::size_t kept_edits = next.kept_edits;
+  const bool is_other_scene = next.scene != scene_;
   if (next.engine) {
     others.push_back(leave_run(next.what, next.parted));
     // What both runs have in common is kept in any case.
@@ -118,7 +119,7 @@ void SolverThread::continue_run(std::vector<Run>& from, std::vector<Run>& others
   }
   kept_edits_ = std::min(kept_edits, engine_->edits().undo_count());
   from.pop_back();
-  ++run_changes_;
+  if (is_other_scene) ++run_changes_;  // a restart is no edit, and neither is its undo
   limit_memory();
 }
 
@@ -183,8 +184,7 @@ bool SolverThread::continue_shown() {
   Run past = leave_run(what, step);
   past.engine->forget_undone();
   take(fresh);
-  const std::vector<MadeEdit> made =
-      engine_->restore(*kept, past.recording, past.engine->session().edits(), what);
+  const std::vector<MadeEdit> made = engine_->restore(*kept, past.recording, *past.engine, what);
   // Beyond the end the user has let the run go on before.
   passed_end_ = engine_->is_at_end(kept->state.time);
   speed_limiter_.restart(session().time());
@@ -233,8 +233,7 @@ void SolverThread::restart() {
 void SolverThread::reset() {
   pause();
   end_observation();
-  Run fresh =
-      undo_.empty() ? new_run(scene_, mesh_) : new_run(undo_.front().scene, undo_.front().mesh);
+  Run fresh = new_run(kept_.front().first, kept_.front().second);
   undo_.clear();
   redo_.clear();
   begin_run(std::move(fresh), {});
@@ -265,6 +264,27 @@ void SolverThread::set_up(const Scene& scene, const std::string& what) {
   notices_.push_back(
       {Notice::Kind::kNote, "Set up again: " + what + ". The run is at its start.", kSetUpCause});
   told_set_up_ = true;
+}
+
+void SolverThread::add_selection(const NamedSelection& named, const std::string& what) {
+  const auto change = [this, named](bool adds) {
+    Scene scene = *scene_;
+    if (adds) {
+      recording_.add(named);
+      scene.selection.push_back(named);
+    } else {
+      std::erase_if(scene.selection,
+                    [&](const NamedSelection& other) { return other.name == named.name; });
+    }
+    scene_ = std::make_shared<const Scene>(std::move(scene));
+    kept_.emplace_back(scene_, mesh_);
+  };
+  try {
+    engine_->change_other(what, change);
+    redo_.clear();
+  } catch (const InputError& error) {
+    shared_.lock()->refusal = error.what();
+  }
 }
 
 void SolverThread::undo() {
@@ -298,7 +318,7 @@ std::string SolverThread::redo_text() const {
 
 // Whether there are edits that have not been undone.
 bool SolverThread::has_edits() const {
-  return engine_->edits().undo_count() > 0 || (!undo_.empty() && undo_.front().scene != scene_);
+  return engine_->edits().undo_count() > 0 || scene_ != kept_.front().first;
 }
 
 }  // namespace tetraction::viewer

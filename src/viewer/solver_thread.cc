@@ -138,6 +138,7 @@ void SolverThread::begin() {
   passed_end_ = false;
   ++body_;
   shown_.reset();
+  entries_are_old_ = true;
   auto start = engine_->kept_state();
   const auto shared = shared_.lock();
   shared->history.clear();
@@ -147,6 +148,11 @@ void SolverThread::begin() {
   shared->marks.clear();
 }
 
+EditedScene SolverThread::edited() {
+  const std::lock_guard lock(working_);
+  return edited_scene(*scene_, *mesh_, engine_->edits().edits_in_effect());
+}
+
 // Publishes the settings, marks and notices that edits and events have changed.
 void SolverThread::publish_edit_results() {
   std::vector<EditMark> new_marks = engine_->take_marks();
@@ -154,18 +160,24 @@ void SolverThread::publish_edit_results() {
   if (!snapshot_due_ && new_marks.empty() && new_notices.empty()) return;
   const std::vector<std::string> ended = engine_->take_ended_causes();
   const std::size_t new_edits = engine_->take_edit_count() + std::exchange(run_changes_, 0);
-  Settings settings = engine_->settings();
-  user_force_ = engine_->user_force();
-  auto edited = std::make_shared<const EditedScene>(
-      edited_scene(*scene_, *mesh_, engine_->edits().edits_in_effect()));
+  const bool is_whole = engine_->take_entry_change() || std::exchange(entries_are_old_, false);
+  Settings settings;
+  if (is_whole) {
+    settings = engine_->settings();
+  } else {  // a move of a drag, for instance, which must not cost more the more edits there are
+    static_cast<ChangeableSections&>(settings) = engine_->sections();
+  }
   std::string undo_text = this->undo_text();
   std::string redo_text = this->redo_text();
   limit_is_old_ = engine_->take_limit_change() || limit_is_old_;
   const auto shared = shared_.lock();
-  shared->settings = std::move(settings);
+  if (is_whole) {
+    shared->settings = std::move(settings);
+  } else {
+    static_cast<ChangeableSections&>(shared->settings) = settings;
+  }
   ++shared->settings_number;
   shared->scene = scene_;
-  shared->edited_scene = std::move(edited);
   shared->set_ups_to_come -= std::exchange(set_ups_, 0);
   shared->undo_text = std::move(undo_text);
   shared->redo_text = std::move(redo_text);
@@ -193,7 +205,7 @@ void SolverThread::publish() {
   if (session().time_settings().adapt != StepAdaptation::kNone) {
     next->adapted_step = session().steps().last;
   }
-  if (!shown_) next->user_force = user_force_;
+  if (!shown_) next->user_force = engine_->user_force();
   next->pause = pause_;
   next->energy_error = energy_.error();
   next->energy_entered = energy_.entered();

@@ -65,11 +65,10 @@ struct SharedState {
   std::shared_ptr<const Snapshot> snapshot;
   std::shared_ptr<const TetMesh> mesh;  // of the snapshot
   std::shared_ptr<const Scene> scene;
-  std::shared_ptr<const EditedScene> edited_scene;
   bool snapshot_taken = false;  // whether the window has read the snapshot
   Settings settings;
   std::size_t settings_number = 0;
-  std::optional<std::string> refusal;  // of the last set_up()
+  std::optional<std::string> refusal;  // of the last set_up() or add_selection()
   int set_ups_to_come = 0;             // whose results are not published yet
   HistoryLog history;
   KeptStates kept;
@@ -98,6 +97,7 @@ class SolverThread {
   ~SolverThread();
 
   const Recording& recording() const { return recording_; }
+  EditedScene edited();
 
   void start();
   /// See Simulation::end().
@@ -123,6 +123,7 @@ class SolverThread {
   void reset();
   void go_back();
   void set_up(const Scene& scene, const std::string& what);
+  void add_selection(const NamedSelection& named, const std::string& what);
   void grab(const std::vector<Index>& vertices);
 
  private:
@@ -197,7 +198,6 @@ class SolverThread {
 
   // Data of the solver's thread.
   std::unique_ptr<Engine> engine_;
-  Vector user_force_;
   std::vector<Run> undo_, redo_;
   std::shared_ptr<const KeptState> shown_;  // in place of the present state
   std::size_t kept_edits_ = 0;   // EditHistory::undo_count() at the start of the present run
@@ -218,6 +218,7 @@ class SolverThread {
   bool snapshot_due_ = true;
   double stable_step_ = 0.0;
   bool limit_is_old_ = false;
+  bool entries_are_old_ = true;        // in the shared settings, because the run is another one
   double limit_cost_ = 0.0;            // duration of the last estimate of the limit, s
   double stepping_since_limit_ = 0.0;  // duration of the steps since then, s
   std::unique_ptr<Observer> observer_;

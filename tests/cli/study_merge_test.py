@@ -12,7 +12,9 @@ sys.path.insert(0, f"{sys.path[0]}/..")
 from support.program import files_below, main
 from support.study import PROBES, StudyTest
 
-TIMES = ("wall_seconds", "processor_seconds", "seconds_per_simulated_second", "date", "command", "time_scatter")
+# The number of repeats depends on the time that a run took.
+TIMES = ("wall_seconds", "processor_seconds", "seconds_per_simulated_second", "date", "command", "time_scatter",
+         "repeats")
 
 
 class Stored(StudyTest):

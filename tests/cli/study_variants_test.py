@@ -213,7 +213,7 @@ class Variants(StudyTest):
             (("--vary", "material.poissons_ratio=0.4,0.6", "--vary", "solver.kind=newton,ceres"),
              "--vary material.poissons_ratio=0.6 --vary solver.kind=newton: "),
             (("--vary", "solver.kind=newton,ceres", "--set", "mesh.volume=nodal"),
-             "The variant ceres: "),
+             "--vary solver.kind=ceres: "),
         ):  # fmt: skip
             message = self.refused_study(*arguments)
             self.assertIn(part, message)

@@ -242,7 +242,7 @@ Json other_value(const SceneKey& key, const void* settings) {
   const std::map<std::string, Json> by_type{
       {"number", key.info.range.contains(0.375) ? 0.375 : 2.5},
       {"three numbers", vector},
-      {"three numbers or one, m", vector},
+      {"three numbers or one", vector},
       {"three whole numbers or one", {2, 3, 4}},
       {"text", std::string(key.info.name) == "components" ? "xz" : "other"},
       {"two whole numbers", {3, 5}},

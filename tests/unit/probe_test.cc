@@ -140,9 +140,13 @@ TEST(Probe, StressOfAPointIsThatOfTheTetrahedronAroundIt) {
   for (int k = 0; k < 20; ++k) ASSERT_TRUE(session.step());
   std::vector<double> values(session.probes().value_count());
   session.probes().evaluate(session, values.data());
-  const Vector stress = von_mises_stress(session.system(), session.state().position);
+  const ElementFields fields = element_fields(session.system(), session.state().position);
+  const Vector stress = fields.von_mises.transpose();
+  const double kRoundOff = 1e-13 * initial_lame(session.system().materials().front().model()).mu;
+  EXPECT_GT(stress.minCoeff(), 1e6 * kRoundOff);
   for (Index e = 0; e < stress.size(); ++e) {
-    EXPECT_EQ(values[static_cast<std::size_t>(e)], stress[e]) << "element " << e;
+    // The field comes from the gradient of the energy, the probe from P: they differ by round-off.
+    EXPECT_NEAR(values[static_cast<std::size_t>(e)], stress[e], kRoundOff) << "element " << e;
   }
 }
 

@@ -1,10 +1,15 @@
 #include "tetraction/dynamics/steppers/stability.h"
 
+#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <Eigen/QR>
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <limits>
+#include <numeric>
+#include <random>
+#include <vector>
 
 #include "core/decompositions.h"
 #include "support/step_problems.h"
@@ -85,6 +90,93 @@ TEST(StabilityLimit, FreeHandlesAndDistancesRestrictTheMotions) {
     // A body that is one handle has nothing that could vibrate.
     constrain(SelectAll{}, {});
     EXPECT_LT(stability_limit(system, q).omega_max, 1e-3 * free_omega);
+  }
+}
+
+// Stiffness and damping of everything that acts, as dense matrices divided by the mass, in coordinates in which they are
+// symmetric.
+struct DenseMatrices {
+  Matrix stiffness;
+  Matrix damping;
+};
+DenseMatrices dense_matrices(const MechanicalSystem& system, const Vector& q) {
+  const Index n = system.dof_count();
+  const ForcePoint at = system.force_point(q, 0.0);
+  const Vector rest = Vector::Zero(n);
+  HessianBlocks springs;
+  HessianBlocks dampers;
+  springs.reset(system.vertex_count());
+  dampers.reset(system.vertex_count());
+  for (const ForceTerm* term : system.force_terms()) {
+    if (term->has_potential()) term->add_hessian(at, HessianForm::kExact, springs);
+    if (term->has_dissipation()) {
+      term->add_dissipation_hessian(at, rest, HessianForm::kExact, dampers);
+    }
+  }
+  DenseMatrices result{Matrix(n, n), Matrix::Zero(n, n)};
+  Vector root(n);
+  for (Index i = 0; i < n; ++i) root[i] = 1.0 / std::sqrt(system.mass()[i / 3]);
+  for (Index j = 0; j < n; ++j) {
+    Vector column;
+    system.elastic().product(q, Vector::Unit(n, j), column);
+    springs.add_product(Vector::Unit(n, j), column);
+    result.stiffness.col(j) = column;
+    Vector damped = Vector::Zero(n);
+    dampers.add_product(Vector::Unit(n, j), damped);
+    result.damping.col(j) = damped;
+  }
+  result.stiffness = root.asDiagonal() * result.stiffness * root.asDiagonal();
+  result.damping = root.asDiagonal() * result.damping * root.asDiagonal();
+  return result;
+}
+
+// The damping matrix of a pull has rank 3 and one eigenvalue beside 0. Lanczos iterations that go on where
+// products leave no new direction return numbers of any size for it.
+TEST(StabilityLimit, OfAPullOfAnyVerticesIsThatOfTheDenseMatrices) {
+  const LameParameters lame = lame_from_young(1e5, 0.3);
+  std::mt19937 random(7);
+  const auto largest = [](const Matrix& a) { return symmetric_eigen(a).values.maxCoeff(); };
+  for (int set = 0; set < 6; ++set) {
+    MechanicalSystem system(small_block({2, 2, 2}), NeoHookean(lame.mu, lame.lambda), 1000.0);
+    std::vector<Index> vertices(static_cast<std::size_t>(system.vertex_count()));
+    std::iota(vertices.begin(), vertices.end(), Index{0});
+    std::shuffle(vertices.begin(), vertices.end(), random);
+    vertices.resize(set == 0 ? vertices.size() : 2 + random() % 6);
+    const Vector q = system.rest_state().position;
+    const double mass = system.total_mass();
+    const double omega = stability_limit(system, q).omega_max;
+    for (const double stiffness : {0.0, 0.04, 100.0}) {
+      for (const double damping : {0.003, 0.3, 30.0}) {
+        system.set_pull(VertexPull(vertices, system.mass(), {0.1, 0.2, 0.3},
+                                   stiffness * mass * omega * omega, damping * mass * omega));
+        const DenseMatrices dense = dense_matrices(system, q);
+        const double k = largest(dense.stiffness);
+        const double c = largest(dense.damping);
+        SCOPED_TRACE(::testing::Message() << vertices.size() << " vertices, stiffness " << stiffness
+                                          << ", damping " << damping);
+        CriticalModes modes;
+        const StabilityLimit verlet = stability_limit(system, q, Integrator::kVerlet, &modes);
+        EXPECT_NEAR(verlet.omega_max, std::sqrt(k), 1e-3 * std::sqrt(k));
+        EXPECT_NEAR(verlet.damping_rate, c, 1e-3 * c);
+        const double of_both = verlet_critical_step(std::sqrt(k), c);
+        EXPECT_NEAR(verlet.critical_step, of_both, 2e-3 * of_both);
+        StabilityTracker tracker(system);
+        EXPECT_NEAR(tracker.critical_step(q, Integrator::kVerlet, modes), of_both, 0.03 * of_both);
+
+        // The least h for which h²K + 2hC − 4M is singular.
+        double low = 0.0;
+        double high = 2.0 / std::sqrt(k);
+        for (int i = 0; i < 20; ++i) {
+          const double h = 0.5 * (low + high);
+          const Matrix left = 4.0 * Matrix::Identity(dense.damping.rows(), dense.damping.cols()) -
+                              h * h * dense.stiffness - 2.0 * h * dense.damping;
+          (Eigen::LLT<Matrix>(left).info() == Eigen::Success ? low : high) = h;
+        }
+        EXPECT_NEAR(stability_limit(system, q, Integrator::kExplicit, &modes).critical_step, low,
+                    2e-3 * low);
+        EXPECT_NEAR(tracker.critical_step(q, Integrator::kExplicit, modes), low, 0.03 * low);
+      }
+    }
   }
 }
 

@@ -2,27 +2,15 @@
 // solutions are met.
 #include <cmath>
 
-#include "support/corner_scenes.h"
 #include "support/force_terms.h"
+#include "support/soft_cube.h"
 
 namespace tetraction {
 namespace {
 
 using namespace testing_support;
 
-class ForceTerms : public testing::TestWithParam<RuleWithSolver> {
- protected:
-  // A soft cube of 0.2 m.
-  Scene cube(double step, double end) const {
-    Scene scene = scene_of(elastic(5e4, 0.3));
-    scene.time = {GetParam().integrator, step, false, end};
-    scene.solver = GetParam().solver;
-    scene.solver.tolerance = 1e-10;
-    return scene;
-  }
-  static TetMesh cube_mesh() { return generate_box({0.2, 0.2, 0.2}, {2, 2, 2}); }
-  bool has_second_order() const { return order(GetParam().integrator) == 2; }
-};
+class ForceTerms : public SoftCube {};
 
 INSTANTIATE_TEST_SUITE_P(All, ForceTerms, testing::ValuesIn(rules_with_solvers()),
                          name_with_solver);

@@ -4,6 +4,8 @@
 #include <numeric>
 
 #include "support/corner_scenes.h"
+#include "support/cubes.h"
+#include "support/soft_cube.h"
 #include "tetraction/simulation/equilibrium.h"
 #include "tetraction/solver/normal_modes.h"
 
@@ -15,10 +17,6 @@ using namespace testing_support;
 constexpr double kStiffness = 800.0;
 constexpr double kDamping = 16.0;
 constexpr double kEnd = 0.3;
-
-TetMesh cube_mesh() {
-  return generate_box({0.2, 0.2, 0.2}, {2, 2, 2});
-}
 
 std::vector<std::int64_t> all_vertices(const TetMesh& mesh) {
   std::vector<std::int64_t> numbers(static_cast<std::size_t>(mesh.vertex_count()));
@@ -35,17 +33,13 @@ Vector3 center(const Session& session) {
   return sum / mass.sum();
 }
 
-class Pull : public testing::TestWithParam<RuleWithSolver> {
+class Pull : public SoftCube {
  protected:
-  Scene cube(double step, double end) const {
-    Scene scene = scene_of(elastic(5e4, 0.3));
-    scene.time = {GetParam().integrator, step, false, end};
-    scene.solver = GetParam().solver;
-    scene.solver.tolerance = 1e-10;
+  Scene pulled_cube(double step, double end) const {
+    Scene scene = cube(step, end);
     scene.pull = {all_vertices(cube_mesh()), {0.1, 0.0, 0.05}, kStiffness, kDamping};
     return scene;
   }
-  bool has_second_order() const { return order(GetParam().integrator) == 2; }
 };
 
 INSTANTIATE_TEST_SUITE_P(All, Pull, testing::ValuesIn(rules_with_solvers()), name_with_solver);
@@ -54,7 +48,7 @@ INSTANTIATE_TEST_SUITE_P(All, Pull, testing::ValuesIn(rules_with_solvers()), nam
 // its way from the target falls as e^(−γt) (cos ωt + γ/ω sin ωt).
 TEST_P(Pull, MovesABodyAsADampedOscillator) {
   const auto run = [&](double step) {
-    const Scene scene = cube(step, kEnd);
+    const Scene scene = pulled_cube(step, kEnd);
     if (GetParam().solver.kind == "ceres") {
       expect_error([&] { Session session(scene, cube_mesh()); }, {"\"pull\"", "Ceres"});
       return 0.0;
@@ -163,6 +157,100 @@ TEST(PullInModes, IsASpringWithLoadsOnly) {
   for (const NormalMode& mode : normal_modes(system, session.state().position, options).modes) {
     EXPECT_EQ(mode.kind, ModeKind::kRigid);
   }
+}
+
+// A mean that rests moves with velocities of round-off, whose damping forces do work of any sign.
+TEST(PullWithExplicitRules, MayDampAMeanThatRests) {
+  for (const Integrator rule : {Integrator::kVerlet, Integrator::kExplicit}) {
+    Scene scene = scene_of(elastic(1e5, 0.3));
+    scene.time = {rule, 2e-3, false, 0.4};
+    scene.initial.angular_velocity = {0.0, 0.0, 3.0};
+    const TetMesh mesh = generate_box({1.0, 1.0, 1.0}, {1, 1, 1});
+    scene.pull = {all_vertices(mesh), {0.5, 0.5, 0.5}, 4e3, 100.0};
+    Session session(scene, mesh);
+    EXPECT_EQ(session.run(), RunStatus::kFinished) << session.message();
+  }
+}
+
+// The damper of one vertex and of two slow down the pulled vertices alone, and that of a fixed one nothing.
+TEST(PullWithExplicitRules, LimitsAutomaticStepsByStabilityAlone) {
+  const auto first_step = [](const std::vector<std::int64_t>& vertices) {
+    Scene scene = clamped_beam({0.4, 0.1, 0.1}, {4, 1, 1});
+    scene.time.integrator = Integrator::kVerlet;
+    scene.time.automatic = true;
+    scene.time.end = 0.01;
+    scene.pull = {vertices, {0.4, 0.1, 0.1}, 0.0, 100.0};
+    if (vertices.empty()) scene.pull = {};
+    Session session(scene, mesh_of(scene));
+    EXPECT_TRUE(session.step()) << session.message();
+    return session.state().time;
+  };
+  const double free = first_step({});
+  EXPECT_NEAR(first_step({0}), free, 1e-3 * free) << "a fixed vertex";
+  EXPECT_NEAR(first_step({19}), free, 1e-3 * free);
+  EXPECT_NEAR(first_step({18, 19}), free, 1e-3 * free);
+}
+
+// The spring is at rest, or all but at rest, so that its force is nothing beside its stiffness.
+TEST(PullInStatics, HoldsWhereItsForceIsRoundOff) {
+  for (const double offset : {0.0, 1e-10, 1e-8, 1e-7, 1e-3}) {
+    const TetMesh mesh = generate_box({1.0, 1.0, 1.0}, {1, 1, 1});
+    Scene scene = scene_of(elastic(1e5, 0.3));
+    scene.pull = {all_vertices(mesh), {0.5 + offset, 0.5, 0.5}, 1e3, 0.0};
+    Scene guided = scene;
+    scene.fix.push_back(fix(SelectPlane{0, 0.0, {}}));
+    guided.constraint.push_back(on_line(SelectAll{}, {1.0, 0.0, 0.0}));
+    for (const Scene& each : {scene, guided}) {
+      Session session(each, mesh);
+      const Equilibrium found = find_equilibrium(session.system());
+      EXPECT_TRUE(found.found) << offset << ' ' << found.message;
+    }
+  }
+}
+
+// The mean of two parts is held, but they can move against each other.
+TEST(PullInStatics, OfSeparatePartsLeavesThemFreeAgainstEachOther) {
+  TetMesh mesh = cubes({{0, 0, 0}, {3, 0, 0}});
+  Scene scene = scene_of(elastic(1e5, 0.3));
+  scene.pull = {all_vertices(mesh), {2.5, 0.5, 0.5}, 1e3, 0.0};
+  scene.constraint.push_back(on_line(SelectAll{}, {1.0, 0.0, 0.0}));
+  Session session(scene, mesh);
+  expect_error([&] { find_equilibrium(session.system()); }, {"can still", "against each other"});
+  scene.fix.push_back(fix(SelectPlane{0, 4.0, {}}));
+  Session held(scene, mesh);
+  EXPECT_TRUE(find_equilibrium(held.system()).found) << "one of them is fixed";
+}
+
+TEST(PullInScenes, IsCheckedInEventsToo) {
+  const TetMesh mesh = generate_box({1.0, 1.0, 1.0}, {1, 1, 1});
+  Scene scene = scene_of(elastic(1e5, 0.3));
+  scene.time = {Integrator::kMidpoint, 1e-3, false, 0.01};
+  const auto refused = [&](const std::vector<std::int64_t>& vertices,
+                           const std::vector<std::string>& says) {
+    Scene other = scene;
+    other.event.push_back(
+        {0.005, {SetPull{{vertices, Vector3::Zero(), 1.0, 0.0}}}, "", "at the event"});
+    expect_error([&] { Session session(other, mesh); }, says);
+  };
+  refused({70}, {"at the event", "pull.vertices", "70"});
+  refused({7, 7}, {"at the event", "pull.vertices", "twice"});
+  scene.solver.kind = "ceres";
+  refused({6, 7}, {"at the event", "Ceres", "\"pull\""});
+}
+
+// Without loads neither the spring nor its damper counts.
+TEST(PullInModes, HasADamperWithLoadsOnly) {
+  Scene scene = clamped_beam({0.4, 0.1, 0.1}, {4, 1, 1});
+  scene.pull = {{18, 19}, {0.4, 0.1, 0.1}, 1e3, 5.0};
+  Session session(scene, mesh_of(scene));
+  NormalModeOptions options;
+  options.count = 1;
+  const auto ratio = [&] {
+    return normal_modes(session.system(), session.state().position, options).modes[0].damping_ratio;
+  };
+  EXPECT_EQ(ratio(), 0.0);
+  options.with_loads = true;
+  EXPECT_GT(ratio(), 0.01);
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// The names, components and numbers of what colours the body.
+// The names and components of what colours the body.
 #include "viewer/color_field.h"
 
 #include <gtest/gtest.h>
@@ -42,18 +42,6 @@ TEST(ColorFields, ValuesAreLengthsOrComponents) {
   EXPECT_EQ(color_values(values, 1), (std::vector<float>{4.0F, -1.0F}));
   const Matrix scalar = Matrix::Constant(1, 1, -2.0);
   EXPECT_EQ(color_values(scalar, -1), std::vector<float>{-2.0F});
-}
-
-TEST(ColorFields, NumbersHavePrefixes) {
-  EXPECT_EQ(with_prefix(1.234e6, "Pa"), "1.23 MPa");
-  EXPECT_EQ(with_prefix(-25e3, "Pa"), "-25 kPa");
-  EXPECT_EQ(with_prefix(0.0125, "m"), "12.5 mm");
-  EXPECT_EQ(with_prefix(3.2e-6, "m/s"), "3.2 µm/s");
-  EXPECT_EQ(with_prefix(0.0, "N"), "0 N");
-  EXPECT_EQ(with_prefix(1500.0, "kg m/s"), "1.5e+03 kg m/s");
-  EXPECT_EQ(with_prefix(1.02, ""), "1.02");
-  EXPECT_EQ(prefixed_unit(1000.0 * (1.0 - 1e-12), "Pa").unit, "kPa");
-  EXPECT_EQ(prefixed_unit(1e30, "Pa").unit, "TPa");
 }
 
 }  // namespace

@@ -105,6 +105,16 @@ class SceneEditing : public ::testing::Test {
     expect_bitwise_equal(simulation_->history(0), history_of_run(saved, read_scene_mesh(saved)));
   }
 
+  // The numbers of the vertices right of a place.
+  Json ids_from(double x) const {
+    const TetMesh& mesh = simulation_->mesh();
+    Json ids = Json::array();
+    for (Index v = 0; v < mesh.vertex_count(); ++v) {
+      if (mesh.vertices[static_cast<std::size_t>(v)].x() > x) ids.push_back(mesh.vertex_id(v));
+    }
+    return ids;
+  }
+
   std::unique_ptr<Simulation> simulation_;
   std::unique_ptr<SceneEditor> editor_;
 };
@@ -262,9 +272,9 @@ TEST_F(SceneEditing, UndoOverSeveralSetUpsRestoresTheStates) {
 
 // A file has them as comments, so that the window knows them again.
 TEST_F(SceneEditing, EntriesThatAreOffAreSaved) {
-  EXPECT_EQ(editor_->switch_off({"force", 1}),
-            "An event changes this entry (force 1): change the "
-            "event first.");
+  EXPECT_EQ(
+      editor_->switch_off({"force", 1}),
+      "This entry (force 1) is changed by the event at 0.01 s: change or delete the event first.");
   make({Kind::kRemove, {"event", 0}});
   EXPECT_EQ(editor_->switch_off({"force", 1}), "");
   wait();
@@ -460,18 +470,113 @@ TEST_F(SceneEditing, EntriesOfEveryListAreAddedDuplicatedSwitchedAndDeleted) {
   }
 }
 
+TEST_F(SceneEditing, WhatIsSelectedIsEnoughForANewEntryOfEveryList) {
+  const Json tip = ids_from(0.35);
+  const Json pair{tip[0], tip[1]};
+  for (const Json& ids : {Json(), Json::array({tip[0]}), pair, tip, ids_from(0.25)}) {
+    const Json selected = ids.is_null() ? Json() : Json{{"vertices", ids}};
+    for (const OutlineGroup& group : editor_->outline()) {
+      if (!group.is_list) continue;
+      open(kScene);
+      SCOPED_TRACE(group.section + " " + ids.dump());
+      SceneChange add{Kind::kAdd, {group.section}};
+      add.select = editor_->usual_selection(group.section, selected);
+      const std::size_t before = entry_count(editor_->scene(), group.section);
+      make(add);
+      EXPECT_EQ(entry_count(editor_->scene(), group.section), before + 1);
+    }
+  }
+}
+
 TEST_F(SceneEditing, EventsFollowTheNumbersOfEntries) {
   const EntryPlace event{"event", 0};
   make({Kind::kRemove, {"force", 0}});
   EXPECT_EQ(simulation_->scene().force.size(), 1U);
   EXPECT_EQ(value(event, {"set"}).begin().key(), "force.0.vector");
   EXPECT_EQ(simulation_->undo_text(), "Set up again: Force 0 deleted");
-  EXPECT_EQ(editor_->change({Kind::kRemove, {"force", 0}}),
-            "An event changes this entry (force 0): change the event first.");
+  EXPECT_EQ(
+      editor_->change({Kind::kRemove, {"force", 0}}),
+      "This entry (force 0) is changed by the event at 0.01 s: change or delete the event first.");
   undo(*simulation_);
   editor_->update();
   EXPECT_EQ(value(event, {"set"}).begin().key(), "force.1.vector");
   expect_same_when_saved(20);
+}
+
+TEST_F(SceneEditing, TheUndoOfAnAddedLoadLeavesNothing) {
+  const auto saved = [this] { return scene_text(simulation_->recorded_scene(), "/tmp"); };
+  for (const char* section : {"force", "moment", "traction", "pressure", "body_force"}) {
+    SCOPED_TRACE(section);
+    open(kScene);
+    const std::string before = saved();
+    const Json scene = editor_->scene();
+    SceneChange add{Kind::kAdd, {section}};
+    add.select = Json{{"vertices", ids_from(0.25)}};
+    make(add);
+    const Json added = editor_->scene();
+    set({section, entry_count(scene, section)}, {"until"}, 0.015);
+    for (int i = 0; i < 2; ++i) undo(*simulation_);
+    editor_->update();
+    EXPECT_EQ(editor_->scene(), scene);
+    EXPECT_EQ(saved(), before);
+    redo(*simulation_);
+    editor_->update();
+    EXPECT_EQ(editor_->scene(), added);
+    expect_same_when_saved(3);
+    // After steps the saved scene has what the load has done. The tree does not have it any more.
+    undo(*simulation_);
+    editor_->update();
+    EXPECT_EQ(editor_->scene(), scene);
+    make_steps(*simulation_, 2);
+    expect_same_when_saved(0);
+    redo(*simulation_);
+    editor_->update();
+    EXPECT_EQ(editor_->scene(), added);
+    make_steps(*simulation_, 2);
+    undo(*simulation_);
+    editor_->update();
+    EXPECT_EQ(editor_->scene(), scene);
+    // Neither has a run that goes on from an earlier state, or is set up again.
+    make(add);
+    EXPECT_EQ(editor_->scene(), added);
+    undo(*simulation_);
+    make_steps(*simulation_, 2);
+    for (const double time : {0.005, 0.001}) {
+      simulation_->show_at(time);
+      simulation_->continue_here();
+      settle(*simulation_);
+      editor_->update();
+      EXPECT_EQ(editor_->scene(), scene);
+    }
+    expect_same_when_saved(3);
+    set({"time"}, {"end"}, 0.03);
+    EXPECT_EQ(simulation_->scene().force.size(), 2U);
+  }
+}
+
+TEST_F(SceneEditing, EventsThatChangeWhatIsDeletedAreNamedAndTakenOut) {
+  open(std::string(kScene) + R"(
+[[event]]
+at = 0.015
+set = { "fix.0.offset" = [0.0, 0.01, 0.0] }
+[[event]]
+at = 0.016
+unfix = { select = "tip", fix = 0 }
+set = { "damping.drag" = 1.0 }
+)");
+  EXPECT_EQ(editor_->events_that_change({"fix", 0}), "the event at 0.015 s, the event at 0.016 s");
+  EXPECT_EQ(editor_->events_that_change({"force", 0}), "");
+  make({Kind::kRemove, {"fix", 0}});
+  EXPECT_EQ(entry_count(editor_->scene(), "fix"), 0U);
+  // Anything else can be changed.
+  set({"time"}, {"end"}, 0.03);
+  ASSERT_EQ(simulation_->scene().event.size(), 2U);
+  EXPECT_EQ(simulation_->scene().event[1].edits.size(), 1U);
+  undo(*simulation_);
+  undo(*simulation_);
+  editor_->update();
+  EXPECT_EQ(entry_count(editor_->scene(), "fix"), 1U);
+  EXPECT_EQ(simulation_->scene().event.size(), 3U);
 }
 
 TEST_F(SceneEditing, AddedEntriesStayWhenTheSceneIsSetUpAgain) {
@@ -565,6 +670,56 @@ TEST_F(SceneEditing, EverySceneOfTheProjectIsATree) {
     ++count;
   }
   EXPECT_GT(count, 5);
+}
+
+// A new name changes nothing of the run: it goes on, and edits and their events can use the name.
+TEST_F(SceneEditing, ASelectionGetsANameInTheRunningSession) {
+  make_steps(*simulation_, 3);
+  const std::size_t edits = simulation_->edit_count();
+  SceneChange add = addition_to("selection");
+  add.path = {"corner"};
+  add.value = {{"vertices", {1, 2}}};
+  EXPECT_EQ(editor_->sets_up_again(add), false);
+  make(add);
+  EXPECT_EQ(simulation_->peek()->step, 3);
+  EXPECT_EQ(value({"selection", 0}, {}), add.value);
+  EXPECT_EQ(simulation_->undo_text(), "Named selection added");
+  EXPECT_TRUE(simulation_->edited_since(edits));
+  set({"force", 1}, {"select"}, "corner");
+  EXPECT_EQ(simulation_->peek()->step, 3);
+  make_steps(*simulation_, 2);
+  undo(*simulation_);
+  undo(*simulation_);
+  wait();
+  EXPECT_EQ(editor_->scene().at("selection").size(), 1U);
+  EXPECT_EQ(simulation_->redo_text(), "Named selection added");
+  // The event that used the name is still in the recording, so that no other selection may get it.
+  SceneChange other = add;
+  other.value = {{"vertices", {3}}};
+  EXPECT_EQ(editor_->change(other), "");
+  settle(*simulation_);
+  const auto refusal = simulation_->take_refusal();
+  ASSERT_TRUE(refusal);
+  EXPECT_NE(refusal->find("choose another"), std::string::npos) << *refusal;
+  redo(*simulation_);
+  wait();
+  EXPECT_EQ(value({"selection", 0}, {}), add.value);
+  expect_same_when_saved(4);
+}
+
+TEST_F(SceneEditing, ANameStaysAtARestartAndGoesWithAReload) {
+  make_steps(*simulation_, 2);
+  SceneChange add = addition_to("selection");
+  add.path = {"corner"};
+  make(add);
+  restart(*simulation_);
+  wait();
+  EXPECT_EQ(editor_->scene().at("selection").size(), 2U);
+  EXPECT_TRUE(simulation_->edited_since(0)) << "it is not saved yet";
+  simulation_->reset();
+  wait();
+  EXPECT_EQ(editor_->scene().at("selection").size(), 1U);
+  EXPECT_FALSE(simulation_->edited_since(0));
 }
 
 }  // namespace

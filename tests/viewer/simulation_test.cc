@@ -473,6 +473,54 @@ TEST(Simulation, AnEventDoesNotBringBackAConstraintThatWasRemoved) {
   EXPECT_NE(other->history(0).back().constraint_work, 0.0);
 }
 
+TEST(Simulation, AnEventDoesNotBringBackAFixedSetThatWasReleased) {
+  Scene scene = small_scene();
+  scene.fix = {fix(SelectPlane{0, 0.0, {}})};
+  FixSettings moved = scene.fix[0];
+  moved.offset = Vector3(0.0, 0.01, 0.0);
+  EventSettings event;
+  event.at = 0.005;
+  event.edits = {SetFix{0, moved}};
+  scene.event = {event};
+  const auto simulation = simulation_of(scene);
+  make_steps(*simulation, 2);
+  simulation->edit(Unfix{SelectAll{}, {}, 0}, "off");
+  settle(*simulation);
+  // The saved scene has the same without the event.
+  EXPECT_EQ(simulation->recorded_scene().event.size(), 1U);
+  make_steps(*simulation, 8);
+  const std::vector<Notice> notices = simulation->take_notices();
+  ASSERT_EQ(notices.size(), 1U);
+  EXPECT_NE(notices[0].text.find("a fixed set or a constraint that was deleted"), std::string::npos)
+      << notices[0].text;
+  EXPECT_TRUE(simulation->settings().present[list_of(FixSettings())].empty());
+  expect_bitwise_equal(history_of_run(simulation->recorded_scene(), mesh_of(scene)),
+                       simulation->history(0));
+  EventSettings release;
+  release.at = 0.003;
+  release.edits = {Unfix{SelectAll{}, {}, 0}};
+  scene.event = {release, event};
+  const auto other = simulation_of(scene);
+  make_steps(*other, 10);
+  expect_no_notices(*other);
+  EXPECT_EQ(other->settings().present[list_of(FixSettings())].size(), 1U);
+}
+
+TEST(Simulation, TheUndoOfARestartIsNoEdit) {
+  const auto simulation = simulation_of(small_scene());
+  simulation->edit(SetDamping{{.drag = 1.0}}, "drag");
+  make_steps(*simulation, 3);
+  const std::size_t saved = simulation->edit_count();
+  restart(*simulation);
+  EXPECT_FALSE(simulation->edited_since(saved));
+  undo(*simulation);
+  EXPECT_EQ(simulation->peek()->step, 3);
+  EXPECT_FALSE(simulation->edited_since(saved));
+  simulation->edit(SetDamping{{.drag = 2.0}}, "drag");
+  settle(*simulation);
+  EXPECT_TRUE(simulation->edited_since(saved));
+}
+
 TEST(Simulation, TellsWhetherThereAreEditsSinceACount) {
   const auto simulation = simulation_of(small_scene());
   settle(*simulation);

@@ -20,8 +20,9 @@ Matrix3 cauchy_stress(const MechanicalSystem& system, Index e, const Vector& q);
 double volume_ratio(const MechanicalSystem& system, Index e, const Vector& q);
 /// The least J at the quadrature points of one element.
 double least_jacobian(const MechanicalSystem& system, Index e, const Vector& q);
-/// √(3/2 s:s) of the deviator s of a stress, Pa.
+/// √(3/2 s:s) of the deviator s of a stress, Pa; also of its six components.
 double von_mises(const Matrix3& stress);
+double von_mises(const Vector6& stress);
 
 /// Fields with one column per element. Symmetric tensors have six rows in the order XX YY ZZ XY YZ
 /// XZ.
@@ -37,9 +38,10 @@ struct ElementFields {
 /// that of its points of quadrature, divided by their volume.
 ElementFields element_fields(const MechanicalSystem& system, const Vector& q);
 
-/// Compute one of the fields only, which takes less time: √(3/2 s:s), Pa, or J, one per element.
-/// For the stress W must be defined at q.
-Vector von_mises_stress(const MechanicalSystem& system, const Vector& q);
+/// Compute one of the fields only. For stress and energy W must be defined at q.
+Matrix cauchy_stresses(const MechanicalSystem& system, const Vector& q);
+Matrix green_strains(const MechanicalSystem& system, const Vector& q);
+Matrix energy_densities(const MechanicalSystem& system, const Vector& q);
 Vector volume_ratios(const MechanicalSystem& system, const Vector& q);
 
 /// The first Piola–Kirchhoff stress P of all elements, Pa, with the nine rows XX XY XZ YX YY YZ ZX ZY
@@ -49,6 +51,8 @@ Matrix first_piola_stress(const MechanicalSystem& system, const Vector& q);
 /// The eigenvalues of stresses that are given as columns of six components, the largest first, Pa
 /// (3 × columns).
 Matrix principal_stresses(const Matrix& cauchy_stress);
+/// √(3/2 s:s) of the deviators s of stresses that are given as columns of six components, Pa (1 × columns).
+Matrix von_mises_stresses(const Matrix& cauchy_stress);
 /// −tr σ/3 of stresses that are given as columns of six components, Pa (1 × columns).
 Matrix pressures(const Matrix& cauchy_stress);
 /// The means Σ V_e s_e / Σ V_e of a field of elements over the elements at each vertex, with their

@@ -15,7 +15,6 @@ namespace tetraction {
 class BodyFields;
 class MechanicalSystem;
 class Session;
-struct ElementFields;
 struct State;
 
 /// The quantities of [[probe]].
@@ -76,8 +75,7 @@ struct ColorUse {
   std::optional<double> middle{};
 };
 
-/// One row of the table. A quantity is evaluated by one of the last four members or by several that give the
-/// same: some of them are faster for one value, others for all of them.
+/// One row of the table. All values come from of_body or of_vertices, those of one tetrahedron from of_element.
 struct Quantity {
   const char* name = "";  ///< of the array of frames
   const char* unit = "";  ///< SI, "" for a pure number
@@ -96,8 +94,6 @@ struct Quantity {
   void (*of_element)(const ElementPlace&, double*) = nullptr;
   /// All values: components × vertices, or components × tetrahedra.
   Matrix (*of_body)(BodyFields&) = nullptr;
-  /// All values from a loop that several quantities share, element_fields() (dynamics/derived_fields.h).
-  Matrix ElementFields::*in_elements = nullptr;
 };
 
 /// All quantities. Those of frames are in the order in which frames have them.

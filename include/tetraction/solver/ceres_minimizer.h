@@ -29,5 +29,7 @@ std::unique_ptr<Minimizer> make_ceres_minimizer(const MechanicalSystem& system,
 /// Throws InputError if the body has a term that couples vertices of no common tetrahedron, which
 /// the residuals of single elements cannot have: mesh.volume = "nodal", and some force terms.
 void check_ceres(const MechanicalSystem& system);
+/// The same for one term.
+void check_ceres(const ForceTerm& term);
 
 }  // namespace tetraction

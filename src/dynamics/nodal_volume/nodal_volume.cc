@@ -172,6 +172,17 @@ void NodalVolume::add_energy_densities(const Vector& q, Vector& densities) const
       [&](Index e, std::size_t lane) { densities[e] += s.patches.mean(density, lane); });
 }
 
+Vector NodalVolume::mean_tensions(const Vector& q) const {
+  Impl& s = *impl_;
+  s.evaluate(q);
+  Vector tension(s.patches.count());
+  s.patches.for_each([&](Index p) { tension[p] = s.law(p).first(s.ratio_change[p]); });
+  Vector means(s.rest.element_count());
+  s.patches.for_elements(
+      [&](Index e, std::size_t lane) { means[e] = s.patches.mean(tension, lane); });
+  return means;
+}
+
 double NodalVolume::mean_tension(Index e, const Vector& q) const {
   const Impl& s = *impl_;
   double sum = 0.0;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <limits>
 #include <optional>
 #include <vector>
 
@@ -99,11 +100,10 @@ class ExplicitStepper : public Stepper {
     if (terms_.damping) system_.velocity_of(from.momentum, velocity_);
 
     const VertexKick first = kick(from.position, from.time, kick_step, outcome);
-    double dissipated = 0.0;
+    Dissipated dissipated;
     if (terms_.damping) {
-      dissipated = sum_over_parts(
-          system_.part(), dissipated_by(kick_step, from.position, from.momentum, Place::kBegin));
-      if (!(dissipated >= 0.0)) {
+      dissipated = dissipated_by(kick_step, from.position, from.momentum, Place::kBegin);
+      if (!(dissipated.energy >= -dissipated.round_off)) {
         outcome.status = StepStatus::kOverdamped;
         return outcome;
       }
@@ -132,12 +132,11 @@ class ExplicitStepper : public Stepper {
     end_drift(to, h, outcome);
     if (terms_.damping) {
       if (halves_ == 2) {
-        dissipated += sum_over_parts(
-            system_.part(), dissipated_by(kick_step, to.position, to.momentum, Place::kEnd));
+        dissipated.energy += dissipated_by(kick_step, to.position, to.momentum, Place::kEnd).energy;
       }
       // The share of one part is that of all.
       const bool is_first = system_.part() == nullptr || system_.part()->rank() == 0;
-      outcome.dissipated_energy = is_first ? std::max(0.0, dissipated) : 0.0;
+      outcome.dissipated_energy = is_first ? std::max(0.0, dissipated.energy) : 0.0;
     }
     finish(from, to, h, outcome);
     if (!has_finite_balance(outcome)) return overflowed(outcome);
@@ -223,6 +222,11 @@ class ExplicitStepper : public Stepper {
     return kick;
   }
 
+  struct Dissipated {
+    double energy = 0.0;     // J
+    double round_off = 0.0;  // that the energy may have
+  };
+
   // The kinetic energy that the impulse k = dt f of the damping forces f in damping_ takes from the
   // body, J. `momentum` is that at the beginning of the step, where k is the first impulse, or that
   // at its end, where k is the last one. The velocities M⁻¹p are v, and P k is what the constraints
@@ -234,17 +238,24 @@ class ExplicitStepper : public Stepper {
   // prescribed have no part in P k, but in kᵀv: there the support does the work that k takes.
   // If k is the first impulse, its energy is negative only if k reverses velocities, for a damping
   // rate beyond h c = 2 (explicit) or 4 (verlet). That is above the stability limit.
-  double dissipated_by(double dt, const Vector& q, const Vector& momentum, Place place) {
+  // The round-off is a bound for a sum of this many terms: a damper of a mean velocity has forces on all
+  // vertices whose powers cancel where the mean is at rest.
+  Dissipated dissipated_by(double dt, const Vector& q, const Vector& momentum, Place place) {
     free_damping_ = damping_;
     project_impulse(system_.constraints(), system_.mass(), q, free_damping_);
     const double half = place == Place::kBegin ? -0.5 * dt : 0.5 * dt;
-    double sum = 0.0;
+    std::array<double, 2> sums{};
     for (Index v = 0; v < system_.owned_vertex_count(); ++v) {
       const auto k = vertex_block(std::as_const(damping_), v);
-      sum += system_.inverse_mass()[v] *
-             (half * k.dot(vertex_block(free_damping_, v)) - k.dot(vertex_block(momentum, v)));
+      const auto left = vertex_block(free_damping_, v);
+      const auto p = vertex_block(momentum, v);
+      const double inverse_mass = system_.inverse_mass()[v];
+      sums[0] += inverse_mass * (half * k.dot(left) - k.dot(p));
+      sums[1] += inverse_mass * k.cwiseAbs().dot(std::abs(half) * left.cwiseAbs() + p.cwiseAbs());
     }
-    return dt * sum;
+    sums[1] *= 4.0 * std::numeric_limits<double>::epsilon() * double(system_.dof_count());
+    sum_over_parts(system_.part(), sums.data(), sums.size());
+    return {dt * sums[0], dt * sums[1]};
   }
 
   // All vertices as if they were free. Returns false if a position overflows.

@@ -8,7 +8,6 @@
 #include <stdexcept>
 
 #include "core/decompositions.h"
-#include "core/pseudo_random.h"
 #include "dynamics/constraints/scaled_matrix.h"
 #include "tetraction/core/error.h"
 #include "tetraction/dynamics/body_sums.h"
@@ -62,54 +61,28 @@ class MatrixInOwnUnit {
   mutable double unit_ = 0.0;  // 0: there was no product yet
 };
 
-// `start` may be empty.
-Eigenpair lanczos_largest(const ScaledMatrix& matrix, const Vector& start, Index subspace,
-                          Index restarts, double tolerance) {
-  MatrixInOwnUnit op(matrix);
-  Spectra::SymEigsSolver<MatrixInOwnUnit> solver(op, 1, subspace);
-  if (start.size() > 0) {
-    solver.init(start.data());
-  } else {
-    solver.init();
-  }
-  solver.compute(Spectra::SortRule::LargestAlge, restarts, tolerance);
-  if (solver.info() != Spectra::CompInfo::Successful) return {};
-  return {op.unit() * solver.eigenvalues()[0], solver.eigenvectors().col(0)};
-}
+// How exactly an eigenpair is wanted, and the work that this may take.
+struct Effort {
+  Index subspace = 0;
+  Index restarts = 0;
+  double tolerance = 0.0;
+};
 
-// Power iteration with the Rayleigh quotient, for the case that Lanczos iterations do not converge.
-Eigenpair power_largest(const ScaledMatrix& op) {
-  Vector x = pseudo_random(op.rows()).normalized();
-  Vector y(op.rows());
-  double value = 0.0;
-  for (int i = 0; i < 2000; ++i) {
-    op.perform_op(x.data(), y.data());
-    const double next = x.dot(y);
-    const double norm = y.norm();
-    if (!std::isfinite(norm)) return {next, x};
-    if (norm == 0.0) break;
-    x = y / norm;
-    if (i > 10 && std::abs(next - value) <= 1e-6 * std::abs(next)) return {next, x};
-    value = next;
-  }
-  return {value, x};
-}
-
-// The same for a body in parts: Lanczos iterations with complete orthogonalisation, which begin again with
-// the best vector. All parts take the same decisions, because their sums have the same bits.
-Eigenpair largest_over_parts(const ScaledMatrix& op, const Vector& start, Index subspace,
-                             Index restarts, double tolerance) {
+// Lanczos iterations with complete orthogonalisation, which begin again with the best vector. They are
+// right for matrices of any rank, since they end where the products leave no new direction. All parts of a divided
+// body take the same decisions, because their sums have the same bits. `start` may be empty.
+Eigenpair plain_lanczos_largest(const ScaledMatrix& op, const Vector& start, const Effort& effort) {
   Vector x = start.size() == op.rows() ? start : op.pseudo_random_start();
   Eigenpair best{0.0, x};
-  for (Index restart = 0; restart <= restarts; ++restart) {
+  for (Index restart = 0; restart <= effort.restarts; ++restart) {
     const double norm = std::sqrt(op.dot(x, x));
     if (!(norm > 0.0)) return best;
     std::vector<Vector> basis{x / norm};
-    Matrix t = Matrix::Zero(subspace, subspace);
+    Matrix t = Matrix::Zero(effort.subspace, effort.subspace);
     Vector y(op.rows());
     Index size = 0;
     double left = 0.0;
-    while (size < subspace) {
+    while (size < effort.subspace) {
       op.perform_op(basis[static_cast<std::size_t>(size)].data(), y.data());
       for (int pass = 0; pass < 2; ++pass) {
         for (Index i = 0; i <= size; ++i) {
@@ -118,9 +91,10 @@ Eigenpair largest_over_parts(const ScaledMatrix& op, const Vector& start, Index 
           if (i == size) t(size, size) += part;
         }
       }
+      if (!std::isfinite(t(size, size))) return {t(size, size), x};
       left = std::sqrt(std::max(0.0, op.dot(y, y)));
       ++size;
-      if (size == subspace || !(left > 1e-12 * std::abs(t(0, 0)))) break;
+      if (size == effort.subspace || !(left > 1e-12 * std::abs(t(0, 0)))) break;
       t(size, size - 1) = t(size - 1, size) = left;
       basis.push_back(y / left);
     }
@@ -129,78 +103,94 @@ Eigenpair largest_over_parts(const ScaledMatrix& op, const Vector& start, Index 
     best.value = eigen.values[size - 1];
     best.vector.setZero(op.rows());
     for (Index i = 0; i < size; ++i) best.vector += weights[i] * basis[static_cast<std::size_t>(i)];
-    if (!(left * std::abs(weights[size - 1]) > tolerance * std::abs(best.value))) break;
+    if (!(left * std::abs(weights[size - 1]) > effort.tolerance * std::abs(best.value))) break;
     x = best.vector;
   }
   return best;
 }
 
-Eigenpair largest_eigenpair(ScaledMatrix& op, const Vector& start = {}) {
-  constexpr Index kDense = 60;
-  constexpr Index kSubspace = 24;
-  constexpr Index kRestarts = 300;
-  constexpr double kTolerance = 1e-4;
-  if (op.system().part() != nullptr) {
-    return largest_over_parts(op, start, kSubspace, kRestarts, kTolerance);
+// The same by Spectra, which keeps more than one vector when it begins again and therefore needs fewer products.
+// Of a matrix of low rank, such as that of a damper at a few vertices, it returns numbers that are no eigenvalue, or it
+// throws. Then, and if it does not converge, the plain iterations are taken.
+Eigenpair lanczos_largest(const ScaledMatrix& matrix, const Vector& start, const Effort& effort) {
+  if (matrix.system().part() == nullptr) {
+    try {
+      MatrixInOwnUnit op(matrix);
+      Spectra::SymEigsSolver<MatrixInOwnUnit> solver(op, 1, effort.subspace);
+      if (start.size() > 0) {
+        solver.init(start.data());
+      } else {
+        solver.init();
+      }
+      solver.compute(Spectra::SortRule::LargestAlge, effort.restarts, effort.tolerance);
+      if (solver.info() == Spectra::CompInfo::Successful) {
+        const Eigenpair pair{op.unit() * solver.eigenvalues()[0], solver.eigenvectors().col(0)};
+        Vector product(matrix.rows());
+        matrix.perform_op(pair.vector.data(), product.data());
+        const double residual = (product - pair.value * pair.vector).norm();
+        if (residual <= 2.0 * effort.tolerance * pair.value) return pair;
+      }
+    } catch (const std::runtime_error&) {
+    } catch (const std::invalid_argument&) {
+    }
   }
-  Eigenpair largest = op.rows() <= kDense
-                          ? dense_largest(op)
-                          : lanczos_largest(op, start, kSubspace, kRestarts, kTolerance);
-  if (largest.vector.size() == 0 && op.rows() > 0) largest = power_largest(op);
-  return largest;
+  return plain_lanczos_largest(matrix, start, effort);
 }
 
-// The largest eigenpair. Throws InputError if it cannot be found. Spectra fails on a matrix that is
-// not finite, and on one of low rank, such as the damping of a single spring.
-Eigenpair finite_largest_eigenpair(ScaledMatrix& op, const Vector& start = {}) {
-  Eigenpair largest;
-  largest.value = std::numeric_limits<double>::quiet_NaN();
-  try {
-    largest = largest_eigenpair(op, start);
-  } catch (const std::runtime_error&) {
-    largest = power_largest(op);
-  } catch (const std::invalid_argument&) {
-  }
+// The largest eigenpair. Throws InputError if it is not finite.
+Eigenpair largest_eigenpair(ScaledMatrix& op, const Vector& start = {}) {
+  constexpr Index kDense = 60;
+  constexpr Effort kEffort{.subspace = 24, .restarts = 300, .tolerance = 1e-4};
+  Eigenpair largest = op.system().part() == nullptr && op.rows() <= kDense
+                          ? dense_largest(op)
+                          : lanczos_largest(op, start, kEffort);
   if (std::isfinite(largest.value)) return largest;
   throw InputError(
       "The stability limit cannot be worked out, as the highest frequency of the body overflows: "
       "material.youngs_modulus (or mu, lambda), material.density, mesh.generate.size or "
-      "mesh.scale, fix.penalty, damping.viscosity and environment.strength are too far apart in "
-      "size, or one is too large or too small. Choose other units or values.");
+      "mesh.scale, fix.penalty, damping.viscosity, pull.stiffness, pull.damping and "
+      "environment.strength are too far apart in size, or one is too large or too small. Choose "
+      "other units or values.");
 }
 
-// The same with a few products from a start that is near. A start that is exactly an eigenvector
-// would find nothing else, so that noise is added, and `other` if there is one.
+// A start near `last`. A start that is exactly an eigenvector would find nothing else, so that noise is added,
+// and `other` if there is one.
+Vector start_near(const ScaledMatrix& op, const Vector& last, const Vector& other) {
+  const auto normalized = [&op](const Vector& x) -> Vector {
+    const double square = op.dot(x, x);
+    return square > 0.0 ? Vector(x / std::sqrt(square)) : x;
+  };
+  Vector start = 0.05 * normalized(op.pseudo_random_start());
+  if (last.size() == start.size()) start += normalized(last);
+  if (other.size() == start.size()) start += 0.5 * normalized(other);
+  return start;
+}
+
+// The same with a few products from a start that is near.
 Eigenpair follow_largest(ScaledMatrix& op, const Vector& last, const Vector& other) {
   constexpr Index kDense = 8;
-  constexpr Index kSubspace = 5;
-  constexpr Index kRestarts = 12;
-  constexpr double kTolerance = 0.02;
-  if (op.system().part() != nullptr) {
-    const Vector noise = op.pseudo_random_start();
-    Vector start = 0.05 / std::sqrt(op.dot(noise, noise)) * noise;
-    if (last.size() == start.size()) start += last / std::sqrt(op.dot(last, last));
-    return largest_over_parts(op, start, 2 * kSubspace, kRestarts, kTolerance);
-  }
-  if (op.rows() <= kDense) return dense_largest(op);
-  Vector start = 0.05 * pseudo_random(op.rows()).normalized();
-  if (last.size() == start.size()) start += last.normalized();
-  if (other.size() == start.size()) start += 0.5 * other.normalized();
-  Eigenpair largest = lanczos_largest(op, start, kSubspace, kRestarts, kTolerance);
-  if (largest.vector.size() == 0) largest = largest_eigenpair(op, start);
-  return largest;
+  const bool divided = op.system().part() != nullptr;
+  const Effort effort{.subspace = divided ? 10 : 5, .restarts = 12, .tolerance = 0.02};
+  if (!divided && op.rows() <= kDense) return dense_largest(op);
+  return lanczos_largest(op, start_near(op, last, divided ? Vector() : other), effort);
 }
 
 double omega_of(double eigenvalue) {
   return std::sqrt(std::max(0.0, eigenvalue));
 }
 
-// Whether damping connects vertices, so that its rate takes iterations.
+// Whether a term damps single vertices of the whole body. A pull damps its vertices alone.
+bool damps_vertices(const ForceTerm& term) {
+  return term.has_dissipation() && !term.couples_vertices() &&
+         term.account() != EnergyAccount::kExternalWork;
+}
+
+// Whether there is other damping, whose rate takes iterations.
 bool has_connecting_damping(const MechanicalSystem& system) {
   return system.damping().viscosity > 0.0 ||
          std::any_of(system.force_terms().begin(), system.force_terms().end(),
                      [](const ForceTerm* term) {
-                       return term->has_dissipation() && term->couples_vertices();
+                       return term->has_dissipation() && !damps_vertices(*term);
                      });
 }
 
@@ -226,7 +216,7 @@ double vertex_damping_rate(const MechanicalSystem& system, const Vector& q, doub
   HessianBlocks blocks;
   bool any = false;
   for (const ForceTerm* term : system.force_terms()) {
-    if (!term->has_dissipation() || term->couples_vertices()) continue;
+    if (!damps_vertices(*term)) continue;
     if (!any) blocks.reset(system.vertex_count());
     any = true;
     term->add_dissipation_hessian(system.force_point(q, time), Vector::Zero(q.size()),
@@ -293,7 +283,7 @@ StabilityLimit stability_limit(const MechanicalSystem& system, const Vector& q, 
   }
   ScaledMatrix op(system);
   op.set_stiffness(q, time);
-  Eigenpair largest = finite_largest_eigenpair(op);
+  Eigenpair largest = largest_eigenpair(op);
   Eigenpair damped;
   limit.omega_max = omega_of(largest.value);
   limit.damping_rate = vertex_damping_rate(system, q, time);
@@ -301,7 +291,7 @@ StabilityLimit stability_limit(const MechanicalSystem& system, const Vector& q, 
     op.set_damping(q, time);
     // A damper at a few vertices may not act on that mode at all, which would then be no start.
     const bool is_viscous = system.damping().viscosity > 0.0;
-    damped = finite_largest_eigenpair(op, is_viscous ? largest.vector : Vector());
+    damped = largest_eigenpair(op, is_viscous ? largest.vector : Vector());
     limit.damping_rate = std::max(limit.damping_rate, damped.value);
   }
   if (rule == Integrator::kVerlet) {
@@ -315,7 +305,7 @@ StabilityLimit stability_limit(const MechanicalSystem& system, const Vector& q, 
     const bool damping = system.is_dissipative();
     for (int round = 0; round < kRounds && damping && std::isfinite(h); ++round) {
       op.set_stiffness(q, time, 2.0 / h);
-      largest = finite_largest_eigenpair(op, largest.vector);
+      largest = largest_eigenpair(op, start_near(op, largest.vector, damped.vector));
       const double next = refine_explicit_step(op, q, time, largest, h);
       const bool done = std::abs(next - h) <= kAccuracy * h;
       h = next;

@@ -4,9 +4,12 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <chrono>
 #include <cstring>
 #include <filesystem>
 #include <functional>
+#include <future>
+#include <memory>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -83,7 +86,10 @@ struct RunRecorder::Impl {
   std::unique_ptr<FrameWriter> frames;
   Index last_frame = -1;
   std::string last_frame_path;
-  std::optional<Frame> last;          // the frame of the last step, for final.vtu
+  std::shared_ptr<const Frame> last;  // the frame of the last step, for final.vtu
+  // A thread of its own writes one frame while the run goes on. The path comes from it.
+  std::future<std::string> writing;
+  Index written_step = -1;
   std::unique_ptr<ProbeFile> probes;  // null if the scene has none
   std::string summary;
   std::optional<OutputError> failure;
@@ -105,20 +111,40 @@ struct RunRecorder::Impl {
     if (history) history->add(row_text(*columns, values));
   }
 
-  void write_frame(const Session& session, const Frame& frame) {
+  // Writes the frame while the run goes on. Throws the OutputError of the frame before. The processes of a body in
+  // parts, which write together, wait for the frame.
+  std::shared_ptr<const Frame> write_frame(const Session& session) {
+    finish_frame();  // frees its memory
+    auto frame = std::make_shared<const Frame>(make_frame(session, session.scene().output.fields));
     // Rows come first, so that history and probes have those of every frame that frames.pvd names.
     write_once(part, [&] {
       history->flush();
       if (probes) probes->file()->flush();
     });
-    last_frame_path = frames->write(frame);
-    last_frame = session.step_number();
+    written_step = session.step_number();
+    writing = std::async(part != nullptr ? std::launch::deferred : std::launch::async,
+                         [this, frame] { return frames->write(*frame); });
+    if (part != nullptr) finish_frame();
+    return frame;
+  }
+
+  // Waits until the last frame is on the disk. Throws its OutputError.
+  void finish_frame() {
+    if (!writing.valid()) return;
+    last_frame_path = writing.get();
+    last_frame = written_step;
+  }
+
+  // Throws the OutputError of the last frame if it could not be written.
+  void look_at_frame() {
+    const auto no_time = std::chrono::seconds(0);
+    if (writing.valid() && writing.wait_for(no_time) == std::future_status::ready) finish_frame();
   }
 
   void write_last_frame(const Session& session) {
     if (frame_every <= 0 || last_frame == session.step_number()) return;
-    last = make_frame(session, session.scene().output.fields);
-    write_frame(session, *last);
+    last = write_frame(session);
+    finish_frame();
   }
 
   // A frame of the last step that has all digits is final.vtu already, but not one in pieces.
@@ -130,7 +156,7 @@ struct RunRecorder::Impl {
       copy_file(last_frame_path, final_path);
       return;
     }
-    if (!last) last = make_frame(session, output.fields);
+    if (!last) last = std::make_shared<const Frame>(make_frame(session, output.fields));
     frames->write_single(*last, final_path);
   }
 
@@ -145,6 +171,7 @@ struct RunRecorder::Impl {
       files.probes_sum = probes->file()->sum();
       files.last_probe_row = probes->last_row();
     }
+    finish_frame();
     files.frame_sizes = frames->frame_sizes();
     files.last_frame = last_frame;
     return files;
@@ -161,6 +188,7 @@ struct RunRecorder::Impl {
   void finish(const Session& session) {
     if (is_finished) return;
     is_finished = true;
+    attempt(failure, [&] { finish_frame(); });
     share(part, failure);
     const bool has_failed = failure.has_value();
     const Index step = session.step_number();
@@ -312,7 +340,7 @@ void RunRecorder::on_start(const Session& session) {
     write_together(s.part,
                    [&] { s.probes = std::make_unique<ProbeFile>(s.path("probes.csv"), session); });
   }
-  if (s.frame_every > 0) s.write_frame(session, make_frame(session, output.fields));
+  if (s.frame_every > 0) s.write_frame(session);
 }
 
 bool RunRecorder::on_step(const Session& session) {
@@ -326,11 +354,11 @@ bool RunRecorder::on_step(const Session& session) {
   if (s.probes) s.attempt_in_step([&] { s.probes->write(session, is_last); });
   if (s.frame_every > 0 && step % s.frame_every == 0) {
     s.attempt_in_step([&] {
-      Frame frame = make_frame(session, output.fields);
-      s.write_frame(session, frame);
+      auto frame = s.write_frame(session);
       if (is_last) s.last = std::move(frame);
     });
   }
+  s.attempt_in_step([&] { s.look_at_frame(); });
   if (s.part == nullptr && s.failure) s.finish(session);
   return true;
 }

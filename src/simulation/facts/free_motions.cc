@@ -13,6 +13,7 @@
 
 #include "core/decompositions.h"
 #include "fem/jointed_pieces.h"
+#include "potential_restraint.h"
 #include "simulation/session/load_stepping.h"
 #include "tetraction/core/error.h"
 #include "tetraction/simulation/equilibrium.h"
@@ -33,80 +34,6 @@ using Modes = Eigen::Matrix<double, 6, Eigen::Dynamic>;
 // and 3e-7 times as stiff as the others is therefore free here and a slow mode there.
 constexpr double kFree = 1e-13;
 
-// The gradients and the Hessian of all potentials, and what loads that depend on positions add to both. A
-// uniform field restrains nothing.
-struct Potentials {
-  Vector gradient;
-  HessianBlocks hessian;
-  LoadStiffness loads;
-  bool any = false;
-};
-
-// `with_loads`: with the potentials of loads, and with loads that depend on positions.
-Potentials potentials_of(const MechanicalSystem& system, const Vector& x, double time,
-                         bool with_loads) {
-  Potentials result;
-  result.gradient = Vector::Zero(system.dof_count());
-  result.hessian.reset(system.vertex_count());
-  const ForcePoint at = system.force_point(x, time);
-  for (const ForceTerm* term : system.force_terms()) {
-    if (!term->has_potential() || term->uniform_acceleration()) continue;
-    if (!with_loads && term->account() == EnergyAccount::kExternalWork) continue;
-    result.any = true;
-    term->add_gradient(at, result.gradient);
-    term->add_hessian(at, HessianForm::kExact, result.hessian);
-  }
-  if (!with_loads) return result;
-  for (const ForceTerm* term : system.force_terms()) {
-    if (!term->has_load() || !term->load_depends_on_position()) continue;
-    Vector load = Vector::Zero(system.dof_count());
-    term->add_load(at, load);
-    result.gradient -= load;
-    term->add_load_stiffness(at, result.loads);
-  }
-  return result;
-}
-
-// Σ |H v − ω × ∇U|² over the vertices of a part, relative to the size of its terms, for motions with the
-// velocities v (columns) and angular velocities ω. If a rigid motion does not change a potential, it only
-// turns its force: then H v = ω × ∇U. What a vertex cannot do does not count.
-Matrix restraint_of(const MechanicalSystem& system, const Potentials& potentials,
-                    const std::vector<Index>& vertices, double size, const Matrix& fields,
-                    const Matrix& spins) {
-  Matrix changes = Matrix::Zero(fields.rows(), fields.cols());
-  for (Index mode = 0; mode < fields.cols(); ++mode) {
-    Vector change = Vector::Zero(fields.rows());
-    const Vector motion = fields.col(mode);
-    potentials.hessian.add_product(motion, change);
-    potentials.loads.add_product(motion, change);
-    for (const Index v : vertices) {
-      const Vector3 spin = spins.col(mode).segment<3>(3 * v);
-      vertex_block(change, v) -= spin.cross(vertex_block(potentials.gradient, v));
-      if (system.coordinates().is_free(v) || system.coordinates().set_of(v) >= 0) continue;
-      const auto columns = system.coordinates().map(v).columns;
-      vertex_block(change, v) = columns * (columns.transpose() * vertex_block(change, v)).eval();
-    }
-    changes.col(mode) = change;
-  }
-  double scale = 0.0;
-  for (const Index v : vertices) {
-    scale += potentials.hessian.diagonal(v).squaredNorm() +
-             vertex_block(potentials.gradient, v).squaredNorm() / (size * size);
-  }
-  // The vertices are sorted.
-  const auto is_own = [&](Index v) {
-    return std::binary_search(vertices.begin(), vertices.end(), v);
-  };
-  for (const HessianBlocks::Pair& pair : potentials.hessian.pairs()) {
-    if (is_own(pair.row)) scale += 2.0 * pair.block.squaredNorm();
-  }
-  for (const LoadStiffness::Block& block : potentials.loads.blocks()) {
-    if (is_own(block.row)) scale += block.block.squaredNorm();
-  }
-  return scale > 0.0 ? Matrix(changes.transpose() * changes / scale)
-                     : Matrix(Matrix::Zero(fields.cols(), fields.cols()));
-}
-
 // One part of the body with its six rigid motions: translations along the axes, and rotations about
 // the axes through its centre by an angle that moves its farthest vertex by about one metre.
 class Part {
@@ -120,7 +47,9 @@ class Part {
   // The motions that nothing restrains, as columns.
   Modes free_modes(const Potentials& potentials) const {
     Matrix6 restraint = normalized(constraint_restraint());
-    if (potentials.any) restraint += potential_restraint(potentials);
+    if (potentials.any) {
+      restraint += restraint_of(system_, potentials, vertices_, size_, fields(), spins());
+    }
     const SymmetricEigen eigen = symmetric_eigen(Matrix(restraint));
     // Any restraint of a motion is about 1.
     const double limit = kFree * std::max(1.0, eigen.values[5]);
@@ -130,8 +59,22 @@ class Part {
   }
 
   std::vector<std::string> names_of(const Modes& modes) const;
+  const std::vector<Index>& vertices() const { return vertices_; }
   const Vector3& center() const { return center_; }
   double size() const { return size_; }
+  // The velocities and angular velocities of all vertices in each of the six motions.
+  Matrix fields() const {
+    Matrix fields(system_.dof_count(), 6);
+    for (int mode = 0; mode < 6; ++mode) fields.col(mode) = field(mode);
+    return fields;
+  }
+  Matrix spins() const {
+    Matrix spins = Matrix::Zero(system_.dof_count(), 6);
+    for (int mode = 0; mode < 6; ++mode) {
+      for (const Index v : vertices_) spins.col(mode).segment<3>(3 * v) = spin(mode);
+    }
+    return spins;
+  }
 
  private:
   Vector3 velocity(Index v, int mode) const {
@@ -164,16 +107,6 @@ class Part {
     // The projection has round-off of its own.
     if (sum.diagonal().maxCoeff() < 1e-24 * static_cast<double>(vertices_.size())) sum.setZero();
     return sum;
-  }
-
-  Matrix6 potential_restraint(const Potentials& potentials) const {
-    Matrix fields(system_.dof_count(), 6);
-    Matrix spins = Matrix::Zero(system_.dof_count(), 6);
-    for (int mode = 0; mode < 6; ++mode) {
-      fields.col(mode) = field(mode);
-      for (const Index v : vertices_) spins.col(mode).segment<3>(3 * v) = spin(mode);
-    }
-    return restraint_of(system_, potentials, vertices_, size_, fields, spins);
   }
 
   const MechanicalSystem& system_;
@@ -315,7 +248,7 @@ PieceMotions motions_of_pieces(const MechanicalSystem& system, const Part& part,
   const Matrix whole = jointed.whole(part.center(), part.size());
   mechanism.joints = jointed.moving_joints(divide_motions(all, whole).mechanism);
   Matrix free = jointed.motions(system.coordinates());
-  const Potentials potentials = potentials_of(system, x, time, false);
+  const Potentials potentials = potentials_of(system, x, time, Potentials::kWithoutLoads);
   if (free.cols() > 0 && potentials.any) {
     Matrix fields(x.size(), free.cols());
     Matrix spins(x.size(), free.cols());
@@ -339,6 +272,30 @@ PieceMotions motions_of_pieces(const MechanicalSystem& system, const Part& part,
   }
   mechanism.place = place_of(mechanism.joints, system, x, part.size());
   return result;
+}
+
+// The number of motions of several parts that nothing restrains, those of each part included. A potential of a
+// common mean holds fewer of them than it would of each part alone.
+Index count_joint_motions(const MechanicalSystem& system, const Potentials& potentials,
+                          const Potentials& within_parts, const std::vector<const Part*>& parts) {
+  Matrix fields(system.dof_count(), 0);
+  Matrix spins = fields;
+  std::vector<Index> vertices;
+  double size = 0.0;
+  for (const Part* part : parts) {
+    const Modes modes = part->free_modes(within_parts);
+    for (auto [all, of_part] :
+         {std::pair(&fields, part->fields()), std::pair(&spins, part->spins())}) {
+      all->conservativeResize(Eigen::NoChange, all->cols() + modes.cols());
+      all->rightCols(modes.cols()) = of_part * modes;
+    }
+    vertices.insert(vertices.end(), part->vertices().begin(), part->vertices().end());
+    size = std::max(size, part->size());
+  }
+  std::sort(vertices.begin(), vertices.end());
+  const Vector restraints =
+      symmetric_eigen(restraint_of(system, potentials, vertices, size, fields, spins)).values;
+  return (restraints.array() <= kFree * std::max(1.0, restraints.maxCoeff())).count();
 }
 
 std::string list_text(const std::vector<std::string>& items) {
@@ -365,9 +322,13 @@ FreeMotions find_free_motions(const MechanicalSystem& system, double time) {
     result.is_complete = false;
     return result;
   }
-  const Potentials potentials = potentials_of(system, x, time, true);
+  const Potentials potentials = potentials_of(system, x, time, Potentials::kAll);
+  std::vector<Part> bodies;
+  bodies.reserve(parts.size());
+  std::vector<const Part*> coupled;
+  Index motions_alone = 0;  // of the coupled parts
   for (std::size_t k = 0; k < parts.size(); ++k) {
-    const Part part(system, parts[k], x);
+    const Part& part = bodies.emplace_back(system, parts[k], x);
     std::optional<Modes> modes;
     if (pieces[k].size() > JointedPieces::kMost) {
       result.is_complete = false;
@@ -380,12 +341,26 @@ FreeMotions find_free_motions(const MechanicalSystem& system, double time) {
       }
     }
     if (!modes) modes = part.free_modes(potentials);
+    if (potentials.couple(parts[k])) {
+      coupled.push_back(&part);
+      motions_alone += modes->cols();
+    }
     if (modes->cols() == 0) continue;
     for (std::string& name : part.names_of(*modes)) {
       if (parts.size() > 1) {
         name += fmt::format(" (the part with vertex {})", system.mesh().vertex_id(parts[k][0]));
       }
       result.whole.push_back(std::move(name));
+    }
+  }
+  if (coupled.size() > 1) {
+    const Potentials within_parts = potentials_of(system, x, time, Potentials::kWithoutMeans);
+    if (count_joint_motions(system, potentials, within_parts, coupled) > motions_alone) {
+      result.whole.push_back(
+          fmt::format("move its parts with the vertices {} and {} against each other, as only the "
+                      "mean of vertices of both is held",
+                      system.mesh().vertex_id(coupled[0]->vertices().front()),
+                      system.mesh().vertex_id(coupled[1]->vertices().front())));
     }
   }
   return result;

@@ -10,24 +10,23 @@
 
 namespace tetraction {
 
-// The fields of the present state of a session. Those that come from one loop over the elements are computed
-// together, when the first of them is needed.
+// The fields of the present state of a session. Those that several quantities need are computed when the first of
+// these is.
 class BodyFields {
  public:
   explicit BodyFields(const Session& of) : BodyFields(of, of.present_state()) {}
   BodyFields(const Session& of, const State& at)
       : session(of), system(of.system()), state(at), q(at.position) {}
 
-  const ElementFields& elements() {
-    if (!has_elements_) elements_ = element_fields(system, q);
-    has_elements_ = true;
-    return elements_;
+  const Matrix& stress() {
+    if (stress_.size() == 0) stress_ = cauchy_stresses(system, q);
+    return stress_;
   }
-  /// To be called when nothing else is computed from the field, which is not copied, because a large mesh
+  /// To be called when nothing else is computed from the stress, which is not copied, because a large mesh
   /// would need much memory for that.
-  Matrix take(Matrix ElementFields::*member) {
-    elements();
-    return std::move(elements_.*member);
+  Matrix take_stress() {
+    stress();
+    return std::move(stress_);
   }
   const NodalFields& vertices() {
     if (!has_vertices_) vertices_ = nodal_fields(system, q);
@@ -36,15 +35,16 @@ class BodyFields {
   }
   // The values at the vertices: of quadratic tetrahedra those of `own`, of linear ones means of the
   // values of the tetrahedra.
-  Matrix average(Matrix NodalFields::*own, Matrix ElementFields::*of_elements) {
-    return is_quadratic ? vertices().*own : nodal_average(system, elements().*of_elements);
+  template <class OfElements>
+  Matrix average(Matrix NodalFields::*own, const OfElements& of_elements) {
+    return is_quadratic ? vertices().*own : nodal_average(system, of_elements());
   }
   Matrix nodal_stress() {
-    return average(&NodalFields::cauchy_stress, &ElementFields::cauchy_stress);
+    return average(&NodalFields::cauchy_stress, [this]() -> const Matrix& { return stress(); });
   }
   // Quadratic tetrahedra have stresses at their vertices, which need no recovery.
   Matrix recovered_stress() {
-    return is_quadratic ? nodal_stress() : recovered_field(system, elements().cauchy_stress);
+    return is_quadratic ? nodal_stress() : recovered_field(system, stress());
   }
 
   const Session& session;
@@ -54,8 +54,7 @@ class BodyFields {
   const bool is_quadratic = system.mesh().is_quadratic();
 
  private:
-  ElementFields elements_;
-  bool has_elements_ = false;
+  Matrix stress_;
   NodalFields vertices_;
   bool has_vertices_ = false;
 };
@@ -79,30 +78,22 @@ Matrix region_numbers(BodyFields& fields) {
   return region;
 }
 
-Matrix energy_densities(BodyFields& fields) {
-  if (fields.is_quadratic) return fields.elements().energy_density;
-  Vector densities;
-  fields.system.elastic_energy_densities(fields.q, densities);
-  return densities.transpose();
-}
-
 Matrix recovered_von_mises(BodyFields& fields) {
   if (fields.is_quadratic) return fields.vertices().von_mises;
-  const Matrix stress = fields.recovered_stress();
-  Matrix values(1, stress.cols());
-  for (Index i = 0; i < stress.cols(); ++i) {
-    const auto s = stress.col(i);
-    Matrix3 tensor;
-    tensor << s[0], s[3], s[5], s[3], s[1], s[4], s[5], s[4], s[2];
-    values(0, i) = von_mises(tensor);
-  }
-  return values;
+  return von_mises_stresses(fields.recovered_stress());
+}
+
+Matrix jacobians(BodyFields& fields) {
+  return volume_ratios(fields.system, fields.q).transpose();
+}
+
+Matrix take_stress(BodyFields& fields) {
+  return fields.take_stress();
 }
 
 Matrix nodal_pressures(BodyFields& fields) {
-  return fields.is_quadratic
-             ? pressures(fields.nodal_stress())
-             : nodal_average(fields.system, pressures(fields.elements().cauchy_stress));
+  return fields.is_quadratic ? pressures(fields.nodal_stress())
+                             : nodal_average(fields.system, pressures(fields.stress()));
 }
 
 // The vector of a quantity; if the state has it, that of the state.
@@ -123,24 +114,11 @@ Matrix vertex_values(const Quantity& quantity, const BodyFields& fields) {
   return (field - fields.system.mesh().rest_positions()).reshaped(3, count);
 }
 
-// The values that are computed for each tetrahedron alone.
-Matrix element_values(const Quantity& quantity, const BodyFields& fields) {
-  const auto rows = static_cast<Index>(component_endings(quantity.shape).size());
-  Matrix values(rows, fields.system.mesh().tetrahedron_count());
-  parallel_for(values.cols(), 512, [&](Index begin, Index end) {
-    for (Index e = begin; e < end; ++e) {
-      quantity.of_element({fields.system, e, fields.q}, values.col(e).data());
-    }
-  });
-  return values;
-}
-
 std::vector<Quantity> all_quantities() {
   using enum ValueShape;
   using enum ValueDomain;
   using P = ProbeQuantity;
   using F = BodyFields;
-  using E = ElementFields;
   using N = NodalFields;
   return {
       {.name = "displacement",
@@ -199,18 +177,24 @@ std::vector<Quantity> all_quantities() {
        .of_body = [](F& f) { return f.nodal_stress(); }},
       {.name = "green_strain_nodal",
        .shape = kSymmetricTensor,
-       .of_body = [](F& f) { return f.average(&N::green_strain, &E::green_strain); }},
+       .of_body =
+           [](F& f) {
+             return f.average(&N::green_strain, [&] { return green_strains(f.system, f.q); });
+           }},
       {.name = "von_mises_nodal",
        .unit = "Pa",
        .frames = InFrames::kQuadratic,
-       .of_body = [](F& f) { return f.average(&N::von_mises, &E::von_mises); }},
+       .of_body =
+           [](F& f) {
+             return f.average(&N::von_mises, [&] { return von_mises_stresses(f.stress()); });
+           }},
       {.name = "pressure_nodal",
        .unit = "Pa",
        .frames = InFrames::kNodal,
        .of_body = nodal_pressures},
       {.name = "jacobian_nodal",
        .frames = InFrames::kNodal,
-       .of_body = [](F& f) { return f.average(&N::jacobian, &E::jacobian); }},
+       .of_body = [](F& f) { return f.average(&N::jacobian, [&] { return jacobians(f); }); }},
       {.name = "cauchy_stress_recovered",
        .unit = "Pa",
        .shape = kSymmetricTensor,
@@ -227,12 +211,12 @@ std::vector<Quantity> all_quantities() {
            [](const ElementPlace& at, double* to) {
              Eigen::Map<Vector6>{to} = six_components(at.cauchy_stress());
            },
-       .in_elements = &E::cauchy_stress},
+       .of_body = take_stress},
       {.name = "green_strain",
        .shape = kSymmetricTensor,
        .domain = kTetrahedra,
        .frames = InFrames::kDefault,
-       .in_elements = &E::green_strain},
+       .of_body = [](F& f) { return green_strains(f.system, f.q); }},
       {.name = "von_mises",
        .unit = "Pa",
        .domain = kTetrahedra,
@@ -241,21 +225,20 @@ std::vector<Quantity> all_quantities() {
        .color = {"von Mises stress", 3},
        .of_element = [](const ElementPlace& at,
                         double* to) { *to = von_mises(at.cauchy_stress()); },
-       .in_elements = &E::von_mises},
+       .of_body = [](F& f) { return von_mises_stresses(f.stress()); }},
       {.name = "jacobian",
        .domain = kTetrahedra,
        .frames = InFrames::kDefault,
        .probe = P::kJacobian,
        .color = {"Volume ratio J", 5, 1.0},
        .of_element = [](const ElementPlace& at, double* to) { *to = at.jacobian(); },
-       .in_elements = &E::jacobian},
+       .of_body = jacobians},
       {.name = "energy_density",
        .unit = "J/m³",
        .domain = kTetrahedra,
        .frames = InFrames::kDefault,
        .color = {"Energy density", 4},
-       .of_body = energy_densities,
-       .in_elements = &E::energy_density},
+       .of_body = [](F& f) { return energy_densities(f.system, f.q); }},
       {.name = "region",
        .domain = kTetrahedra,
        .frames = InFrames::kDefault,
@@ -272,12 +255,12 @@ std::vector<Quantity> all_quantities() {
        .shape = kPrincipalValues,
        .domain = kTetrahedra,
        .color = {"Principal stresses", 8, 0.0},
-       .of_body = [](F& f) { return principal_stresses(f.elements().cauchy_stress); }},
+       .of_body = [](F& f) { return principal_stresses(f.stress()); }},
       {.name = "pressure",
        .unit = "Pa",
        .domain = kTetrahedra,
        .color = {"Pressure", 7, 0.0},
-       .of_body = [](F& f) { return pressures(f.elements().cauchy_stress); }}};
+       .of_body = [](F& f) { return pressures(f.stress()); }}};
 }
 
 }  // namespace
@@ -366,15 +349,15 @@ const Quantity& drawn_quantity(const Quantity& color, bool is_quadratic) {
 std::vector<Matrix> values_of(const Session& session, const std::vector<const Quantity*>& list) {
   BodyFields fields(session);
   std::vector<Matrix> values(list.size());
+  const auto of = [&](const Quantity& quantity) {
+    return quantity.of_body != nullptr ? quantity.of_body(fields) : vertex_values(quantity, fields);
+  };
+  const auto is_last = [](const Quantity& quantity) { return quantity.of_body == take_stress; };
   for (std::size_t i = 0; i < list.size(); ++i) {
-    const Quantity& quantity = *list[i];
-    if (quantity.in_elements != nullptr) continue;
-    values[i] = quantity.of_body != nullptr       ? quantity.of_body(fields)
-                : quantity.of_vertices != nullptr ? vertex_values(quantity, fields)
-                                                  : element_values(quantity, fields);
+    if (!is_last(*list[i])) values[i] = of(*list[i]);
   }
   for (std::size_t i = 0; i < list.size(); ++i) {
-    if (list[i]->in_elements != nullptr) values[i] = fields.take(list[i]->in_elements);
+    if (is_last(*list[i])) values[i] = of(*list[i]);
   }
   return values;
 }
@@ -385,10 +368,7 @@ Matrix values_of(const Session& session, const Quantity& quantity) {
 
 Matrix values_of(const Session& session, const Quantity& quantity, const State& state) {
   BodyFields fields(session, state);
-  if (quantity.of_element != nullptr) return element_values(quantity, fields);
-  if (quantity.of_body != nullptr) return quantity.of_body(fields);
-  return quantity.of_vertices != nullptr ? vertex_values(quantity, fields)
-                                         : fields.take(quantity.in_elements);
+  return quantity.of_body != nullptr ? quantity.of_body(fields) : vertex_values(quantity, fields);
 }
 
 }  // namespace tetraction

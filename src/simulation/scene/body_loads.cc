@@ -228,6 +228,18 @@ BodyLoads make_loads(const LoadLists& lists, const MechanicalSystem& system,
   return loads;
 }
 
+VertexPull make_pull(const PullSettings& settings, const MechanicalSystem& system) {
+  std::vector<Index> vertices;
+  if (!settings.vertices.empty()) {
+    vertices = select_at(system.mesh(), SelectVertices{settings.vertices}, "pull.vertices");
+  }
+  if (vertices.size() != settings.vertices.size()) {
+    throw InputError("pull.vertices: a vertex comes twice; give each once.");
+  }
+  return {std::move(vertices), system.mass(), settings.target, settings.stiffness,
+          settings.damping};
+}
+
 void check_load(const ForceSettings& load, const MechanicalSystem& system,
                 const AmplitudeList& amplitudes) {
   if (load.kind == LoadKind::kPressure) {

@@ -47,6 +47,9 @@ const Selection& without_name(const Selection& selection);
 BodyLoads make_loads(const LoadLists& lists, const MechanicalSystem& system,
                      const AmplitudeList& amplitudes);
 
+/// The spring of [pull]. Throws InputError if a vertex is not in the mesh, or comes twice.
+VertexPull make_pull(const PullSettings& settings, const MechanicalSystem& system);
+
 /// Throws InputError as make_loads() does.
 void check_load(const ForceSettings& load, const MechanicalSystem& system,
                 const AmplitudeList& amplitudes);

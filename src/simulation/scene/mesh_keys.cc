@@ -129,10 +129,11 @@ SceneSection generator_section() {
          .needed = "\"beam\", \"box\", \"cube\" or \"tetrahedron\"."},
         &S::kind},
        {{.name = "size",
+         .unit = "m",
          .help = "of `beam` and `box` the lengths along x, y and z, which must be given; of `cube` "
                  "and `tetrahedron` the length of an edge; above 0",
          .absent = "`1` for an edge"},
-        OwnValue<S>{"three numbers or one, m",
+        OwnValue<S>{"three numbers or one",
                     [](const S& s) {
                       return has_edge(s) ? Json(s.size.x()) : ValueKind<Vector3>::json(s.size);
                     },

@@ -133,6 +133,7 @@ struct SelectionCheck {
 
   void operator()(const SetForce& edit) const { check_load(edit.entry, system, amplitudes); }
   void operator()(const SetEnvironment& edit) const { make_environment(edit.settings, amplitudes); }
+  void operator()(const SetPull& edit) const { make_pull(edit.settings, system); }
   void operator()(const SetFix& edit) const {
     make_held(edit.entry, system.mesh(), system.mesh().rest_positions(), 0.0, amplitudes);
   }
@@ -151,10 +152,12 @@ struct SelectionCheck {
   void operator()(const Other&) const {}
 };
 
-// Checks the integrator and the solver that each event leaves.
-void check_solvers_of_events(const Scene& scene, const MechanicalSystem& system) {
+// Checks the integrator, the solver and the pull at the start and those that each event leaves.
+void check_solvers(const Scene& scene, const MechanicalSystem& system) {
   Integrator integrator = scene.time.integrator;
   SolverSettings solver = scene.solver;
+  const PullSettings* pulled = nullptr;  // that of the last event that changes it
+  check_solver(integrator, solver, system);
   for (const EventSettings& event : scene.event) {
     bool changed = false;
     for (const Edit& edit : event.edits) {
@@ -164,11 +167,17 @@ void check_solvers_of_events(const Scene& scene, const MechanicalSystem& system)
       } else if (const auto* set = std::get_if<SetSolver>(&edit)) {
         solver = set->settings;
         changed = true;
+      } else if (const auto* pull = std::get_if<SetPull>(&edit)) {
+        pulled = &pull->settings;
+        changed = true;
       }
     }
     if (!changed) continue;
     try {
       check_solver(integrator, solver, system);
+      if (pulled != nullptr && is_implicit(integrator) && solver.kind == "ceres") {
+        check_ceres(make_pull(*pulled, system));
+      }
     } catch (const InputError& error) {
       if (event.where.empty()) throw;
       throw InputError(fmt::format("{}: {}", event.where, error.what()));
@@ -190,13 +199,15 @@ void check_events(const Scene& scene, const MechanicalSystem& system) {
       try {
         std::visit(check, edit);
       } catch (const InputError& error) {
-        // The place of a material is that of its section, which the event has changed.
-        if (!std::holds_alternative<SetMaterial>(edit) || event.where.empty()) throw;
+        // The place of a material is that of its section, which the event has changed, and a pull has none.
+        const bool is_placed =
+            !std::holds_alternative<SetMaterial>(edit) && !std::holds_alternative<SetPull>(edit);
+        if (is_placed || event.where.empty()) throw;
         throw InputError(fmt::format("{}: {}", event.where, error.what()));
       }
     }
   }
-  check_solvers_of_events(scene, system);
+  check_solvers(scene, system);
   refuse_contradicting_targets(scene, system);
 }
 

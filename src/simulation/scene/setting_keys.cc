@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "body_loads.h"
 #include "core/quoting.h"
 #include "number_or_array.h"
 #include "sections.h"
@@ -327,13 +328,7 @@ SceneSection pull_section() {
         &S::damping}},
       {{{"vertices"}, pull_conflict}});
   section.put_into = [](const void* settings, MechanicalSystem& system, const auto&) {
-    const auto& pull = *static_cast<const S*>(settings);
-    std::vector<Index> vertices;
-    if (!pull.vertices.empty()) {
-      vertices = select_vertices(system.mesh(), SelectVertices{pull.vertices});
-    }
-    system.set_pull(
-        VertexPull(std::move(vertices), system.mass(), pull.target, pull.stiffness, pull.damping));
+    system.set_pull(make_pull(*static_cast<const S*>(settings), system));
   };
   return section;
 }

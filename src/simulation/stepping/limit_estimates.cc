@@ -9,9 +9,10 @@
 namespace tetraction {
 namespace {
 
-// Damping of single vertices slows down the motion of the whole body at a rate c. A stable step may
+// Damping of all vertices slows down the motion of the whole body at a rate c. A stable step may
 // be too large for it: at hc = 1 the rule `explicit` stops the body within a step. The energy error
-// does not tell, because what damping dissipates is booked exactly.
+// does not tell, because what damping dissipates is booked exactly. A pull is left out, since it slows down the
+// pulled vertices alone.
 double damping_limit(const RunData& run) {
   constexpr double kResolved = 0.1;  // hc of "auto"
   const double rate = vertex_damping_rate(*run.system, run.state().position, run.state().time);

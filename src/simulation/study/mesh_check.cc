@@ -80,7 +80,15 @@ class MeshDependence {
            "finer mesh is pulled more.");
   }
   void check(const PullSettings& pull, const std::string& where) const {
-    if (!pull.vertices.empty()) check_selection(SelectVertices{pull.vertices}, where);
+    if (pull.vertices.empty() ||
+        !has_neighbours(select_vertices(coarse_, SelectVertices{pull.vertices}))) {
+      return;
+    }
+    refuse(
+        where,
+        "the pulled vertices are selected by their numbers, which leave out those that the finer "
+        "mesh has between them, and [pull] takes no other selection. Take a [[force]] on a face "
+        "or an edge instead.");
   }
   void check(const FixSettings& fix, const std::string& where) const {
     check_selection(fix.select, where);

@@ -286,12 +286,14 @@ void check_ceres(const MechanicalSystem& system) {
         "Ceres cannot take mesh.volume = \"nodal\", which couples vertices that belong to no "
         "common tetrahedron: set solver.kind = \"newton\", or mesh.volume = \"element\".");
   }
-  for (const ForceTerm* term : system.force_terms()) {
-    if (term->couples_only_neighbors()) continue;
-    throw InputError("Ceres cannot take the force term \"" + term->name() +
-                     "\", which couples vertices that belong to no common tetrahedron: set "
-                     "solver.kind = \"newton\".");
-  }
+  for (const ForceTerm* term : system.force_terms()) check_ceres(*term);
+}
+
+void check_ceres(const ForceTerm& term) {
+  if (term.couples_only_neighbors()) return;
+  throw InputError("Ceres cannot take the force term \"" + term.name() +
+                   "\", which couples several vertices whether or not they belong to a common "
+                   "tetrahedron: set solver.kind = \"newton\".");
 }
 
 std::unique_ptr<Minimizer> make_ceres_minimizer(const MechanicalSystem& system,

@@ -175,7 +175,7 @@ NormalModes normal_modes(const MechanicalSystem& system, const Vector& q,
     result.modes.resize(static_cast<std::size_t>(options.count));
   }
   if (system.is_dissipative() && !under_loads) {
-    const DampingMatrix damping(system, q, options.time);
+    const DampingMatrix damping(system, q, options.time, options.with_loads);
     for (NormalMode& mode : result.modes) enter_damping(damping, mode);
   }
   return result;

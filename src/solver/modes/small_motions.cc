@@ -214,13 +214,15 @@ Vector SkewLoadStiffness::product(const Vector& u) const {
   return 0.5 * product;
 }
 
-DampingMatrix::DampingMatrix(const MechanicalSystem& system, const Vector& q, double time)
+DampingMatrix::DampingMatrix(const MechanicalSystem& system, const Vector& q, double time,
+                             bool with_loads)
     : system_(system), q_(q) {
   const Vector rest = Vector::Zero(q.size());
   const ForcePoint at{system.mass(), q, time};
   of_terms_.reset(system.vertex_count());
   for (const ForceTerm* term : system.force_terms()) {
     if (!term->has_dissipation()) continue;
+    if (!with_loads && term->account() == EnergyAccount::kExternalWork) continue;
     term->add_dissipation_hessian(at, rest, HessianForm::kExact, of_terms_);
   }
 }

@@ -105,8 +105,9 @@ class SkewLoadStiffness {
 /// velocities. Damping of the mass is that of momentum_of_modes().
 class DampingMatrix {
  public:
-  /// Keeps references to `system` and `q`.
-  DampingMatrix(const MechanicalSystem& system, const Vector& q, double time);
+  /// Keeps references to `system` and `q`. `with_loads`: with the dampers of loads.
+  DampingMatrix(const MechanicalSystem& system, const Vector& q, double time,
+                bool with_loads = true);
 
   /// C v, N.
   Vector product(const Vector& v) const;

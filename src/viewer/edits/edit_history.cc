@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "numbering.h"
 #include "tetraction/core/error.h"
 
 namespace tetraction::viewer {
@@ -93,6 +92,7 @@ EditHistory::EditHistory(const Session& session, Apply apply)
 // The settings that an edit is about to change.
 struct EditHistory::BeforeVisitor {
   const Session& session;
+  const EntryNumbers& undone_loads;
   std::vector<Before> operator()(const SetMaterial& e) const {
     const auto region = static_cast<std::size_t>(e.region);
     if (region >= session.materials().size()) return {};  // the session will refuse the edit
@@ -105,7 +105,8 @@ struct EditHistory::BeforeVisitor {
   std::vector<Before> operator()(const SetForce& e) const {
     const std::vector<ForceSettings>& loads = session.loads().list(e.entry.kind);
     const std::size_t i = e.index.value_or(loads.size());
-    if (i >= loads.size()) return {Added{list_of(e.entry), i}};
+    const std::size_t list = list_of(e.entry);
+    if (i >= loads.size() || has(undone_loads, list, i)) return {Added{list, i}};
     return {Edit(SetForce{i, loads[i]})};
   }
   std::vector<Before> operator()(const SetFix& e) const {
@@ -136,7 +137,7 @@ struct EditHistory::BeforeVisitor {
 };
 
 std::vector<EditHistory::Before> EditHistory::before(const Edit& edit) const {
-  return std::visit(BeforeVisitor{session_}, edit);
+  return std::visit(BeforeVisitor{session_, undone_loads_}, edit);
 }
 
 // Kind and number of the setting.
@@ -153,6 +154,19 @@ std::pair<std::size_t, std::size_t> EditHistory::part_of(const Before& before) {
     return {kFirstList + added->list, added->index};
   }
   return {kFirstList + list_of(FixSettings()), std::get<FixBefore>(before).index};
+}
+
+// An edit of an entry that was taken back adds it again.
+Edit EditHistory::adding_again(Edit edit) const {
+  std::visit(
+      [this]<class Kind>(Kind& kind) {
+        if constexpr (kSetsEntry<Kind>) {
+          const std::size_t count = counts_of(session_)[list_of(kind.entry)];
+          if (kind.index && *kind.index >= count) kind.index.reset();
+        }
+      },
+      edit);
+  return edit;
 }
 
 void EditHistory::make(const Edit& edit, const std::string& what, Entry& entry) {
@@ -194,6 +208,7 @@ void EditHistory::store_targets(Entry& entry) const {
 }
 
 void EditHistory::make(const Edit& edit, const std::string& what, bool continues_previous) {
+  const std::lock_guard lock(mutex_);
   if (continues_previous && can_continue_ && !undo_.empty()) {
     make(edit, what, undo_.back());
   } else {
@@ -208,10 +223,23 @@ void EditHistory::make(const Edit& edit, const std::string& what, bool continues
   can_continue_ = true;
 }
 
+void EditHistory::make_other(const std::string& what, const std::function<void(bool)>& act) {
+  act(true);
+  const std::lock_guard lock(mutex_);
+  Entry entry;
+  entry.what = what;
+  entry.act = act;
+  undo_.push_back(std::move(entry));
+  if (undo_.size() > kMostEntries) drop_oldest_entry();
+  before_last_.reset();
+  redo_.clear();
+  can_continue_ = false;
+}
+
 void EditHistory::make_all(const std::vector<Edit>& edits, const std::string& what, Entry& entry,
                            bool all_or_none) {
   try {
-    for (const Edit& edit : edits) make(edit, what, entry);
+    for (const Edit& edit : edits) make(adding_again(edit), what, entry);
   } catch (const InputError&) {
     if (all_or_none && !entry.edits.empty()) {
       store_targets(entry);
@@ -301,6 +329,15 @@ std::optional<Edit> EditHistory::shift_back(const Entry& entry) const {
 void EditHistory::revert(const Entry& entry, const std::string& what, Entry& done,
                          bool all_or_none) {
   make_all(inverse(entry), what, done, all_or_none);
+  for (const Before& part : entry.before) {
+    const auto* added = std::get_if<Added>(&part);
+    if (added == nullptr || added->list >= kLoadKinds ||
+        has(undone_loads_, added->list, added->index)) {
+      continue;
+    }
+    std::vector<std::size_t>& undone = undone_loads_[added->list];
+    undone.insert(std::ranges::upper_bound(undone, added->index), added->index);
+  }
   // The shift is computed after the other edits, because they may have restored positions already.
   if (const std::optional<Edit> shift = shift_back(entry)) {
     make_all({*shift}, what, done, all_or_none);
@@ -309,10 +346,22 @@ void EditHistory::revert(const Entry& entry, const std::string& what, Entry& don
 
 void EditHistory::undo() {
   if (undo_.empty()) return;
+  if (undo_.back().act) undo_.back().act(false);
+  const std::lock_guard lock(mutex_);
+  if (!undo_.back().act) {
+    Entry done;
+    revert(undo_.back(), "undo: " + undo_.back().what, done);
+  }
+  to_redo();
+}
+
+void EditHistory::take_back() {
+  const std::lock_guard lock(mutex_);
+  to_redo();
+}
+
+void EditHistory::to_redo() {
   before_last_.reset();
-  const std::string what = "undo: " + undo_.back().what;
-  Entry done;
-  revert(undo_.back(), what, done);
   redo_.push_back(std::move(undo_.back()));
   undo_.pop_back();
   can_continue_ = false;
@@ -326,9 +375,20 @@ void EditHistory::go_before_last() {
 
 void EditHistory::redo() {
   if (redo_.empty()) return;
+  const std::lock_guard lock(mutex_);
   before_last_.reset();
   Entry entry;
-  make_all(redo_.back().edits, redo_.back().what, entry);
+  if (redo_.back().act) {
+    redo_.back().act(true);
+    entry = std::move(redo_.back());
+  } else {
+    make_all(redo_.back().edits, redo_.back().what, entry);
+    for (const Edit& edit : redo_.back().edits) {
+      if (!is_undone_load(edit)) continue;
+      const auto set = *edited_entry(edit);
+      std::erase(undone_loads_[set.list], *set.index);
+    }
+  }
   redo_.pop_back();
   undo_.push_back(std::move(entry));
   can_continue_ = false;
@@ -350,15 +410,26 @@ void EditHistory::drop_oldest_entry() {
 }
 
 std::vector<MadeEdit> EditHistory::edits_in_effect() const {
+  const std::lock_guard lock(mutex_);
   std::vector<MadeEdit> made = not_undoable_;
   for (const Entry& entry : undo_) append(entry, made);
+  std::erase_if(made, [this](const MadeEdit& edit) { return is_undone_load(edit.edit); });
   return made;
 }
 
+bool EditHistory::is_undone_load(const Edit& edit) const {
+  const std::optional<EditedEntry> entry = edited_entry(edit);
+  return entry && entry->index && has(undone_loads_, entry->list, *entry->index);
+}
+
+void EditHistory::remember(std::vector<MadeEdit> made, EntryNumbers undone_loads) {
+  const std::lock_guard lock(mutex_);
+  not_undoable_ = std::move(made);
+  undone_loads_ = std::move(undone_loads);
+}
+
 void EditHistory::stepped() {
-  for (auto entry = undo_.rbegin(); entry != undo_.rend() && entry->state; ++entry) {
-    entry->state.reset();
-  }
+  for (Entry& entry : undo_) entry.state.reset();
 }
 
 }  // namespace tetraction::viewer

@@ -2,12 +2,14 @@
 #pragma once
 
 #include <functional>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <utility>
 #include <variant>
 #include <vector>
 
+#include "numbering.h"
 #include "tetraction/simulation/session.h"
 
 namespace tetraction::viewer {
@@ -38,6 +40,8 @@ class EditHistory {
 
   /// Makes an edit. Throws InputError if the session refuses it; then nothing has changed.
   void make(const Edit& edit, const std::string& what, bool continues_previous);
+  /// Makes a change that is no edit of the session: act(true) makes it, and act(false) takes it back.
+  void make_other(const std::string& what, const std::function<void(bool)>& act);
   /// Undoes or redoes one entry. The functions do nothing if there is none. They throw InputError if
   /// the session refuses an edit in the present state; then nothing has changed.
   void undo();
@@ -47,8 +51,18 @@ class EditHistory {
   /// The texts of the entries that undo() and redo() would process. Empty if there is none.
   std::string undo_text() const { return undo_.empty() ? "" : undo_.back().what; }
   std::string redo_text() const { return redo_.empty() ? "" : redo_.back().what; }
-  /// Takes over edits that were made before, which undo() does not reach.
-  void remember(std::vector<MadeEdit> made) { not_undoable_ = std::move(made); }
+  /// Whether the next edit begins an entry.
+  bool begins_entry(bool continues_previous) const {
+    return !continues_previous || !can_continue_ || undo_.empty();
+  }
+  /// The session is again as it was before the last entry: redo() can make it again.
+  void take_back();
+  /// Takes over edits that were made before, which undo() does not reach, and loads of them that were
+  /// undone.
+  void remember(std::vector<MadeEdit> made, EntryNumbers undone_loads);
+  /// Loads that edits have added and that were undone after a step. They are zero, because the session
+  /// cannot take them away.
+  const EntryNumbers& undone_loads() const { return undone_loads_; }
   /// Forgets what redo() could make again.
   void forget_undone() { redo_.clear(); }
   /// Must be called after each step.
@@ -56,7 +70,10 @@ class EditHistory {
   /// Whether go_before_last() is possible, and the number of entries that undo() could undo.
   bool knows_state_before_last() const { return before_last_ && !undo_.empty(); }
   std::size_t undo_count() const { return undo_.size(); }
-  /// All edits that have not been undone, in their order.
+  /// Whether undo() or redo() would act on a change of make_other().
+  bool undoes_other() const { return !undo_.empty() && undo_.back().act != nullptr; }
+  bool redoes_other() const { return !redo_.empty() && redo_.back().act != nullptr; }
+  /// All edits that have not been undone, in their order. Another thread may ask for them.
   std::vector<MadeEdit> edits_in_effect() const;
 
  private:
@@ -76,7 +93,8 @@ class EditHistory {
   // A group of edits that are undone together.
   struct Entry {
     std::string what;
-    std::vector<Edit> edits;  // for redo, with the indices of the entries that they added
+    std::function<void(bool)> act;  // of make_other()
+    std::vector<Edit> edits;        // for redo, with the indices of the entries that they added
     std::vector<Before> before;
     // The state before the edits. It is removed when a step is made.
     std::optional<State> state;
@@ -87,6 +105,8 @@ class EditHistory {
 
   struct BeforeVisitor;
   std::vector<Before> before(const Edit& edit) const;
+  bool is_undone_load(const Edit& edit) const;
+  Edit adding_again(Edit edit) const;
   void make(const Edit& edit, const std::string& what, Entry& entry);
   void make_all(const std::vector<Edit>& edits, const std::string& what, Entry& entry,
                 bool all_or_none = true);
@@ -99,12 +119,15 @@ class EditHistory {
 
   const Session& session_;
   Apply apply_;
+  void to_redo();
   void drop_oldest_entry();
   static void append(const Entry& entry, std::vector<MadeEdit>& made);
 
+  mutable std::mutex mutex_;            // of the edits in effect
   std::vector<MadeEdit> not_undoable_;  // edits of entries that were dropped, and earlier ones
   std::vector<Entry> undo_;
   std::vector<Entry> redo_;
+  EntryNumbers undone_loads_;
   std::optional<State> before_last_;  // state before the last entry, if it was made, not redone
   bool can_continue_ = false;         // whether the last entry contains the last edit
 };

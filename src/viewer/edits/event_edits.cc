@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <optional>
 #include <set>
@@ -98,6 +99,26 @@ struct Check {
 
 void check_edit(Edit& edit) {
   std::visit(Check{}, edit);
+}
+
+bool changes_what_was_removed(const Edit& edit, const Edit& translated, const EntryNumbers& present,
+                              std::span<const EventSettings> earlier) {
+  const std::optional<EditedEntry> wanted = edited_entry(translated);
+  const bool sets =
+      std::visit([]<class Kind>(const Kind&) { return kSetsEntry<Kind>; }, translated);
+  if (!sets || !wanted || !wanted->index || has(present, wanted->list, *wanted->index)) {
+    return false;
+  }
+  const std::size_t number = *edited_entry(edit)->index;
+  const auto removes = [&](const Edit& other) {
+    const std::optional<EditedEntry> entry = edited_entry(other);
+    const bool is_removal =
+        std::holds_alternative<Unfix>(other) || std::holds_alternative<RemoveConstraint>(other);
+    return is_removal && entry->list == wanted->list && entry->index.value_or(number) == number;
+  };
+  return std::ranges::none_of(earlier, [&](const EventSettings& event) {
+    return std::ranges::any_of(event.edits, removes);
+  });
 }
 
 Edit with_present_settings(const Edit& edit, const EventSettings& event, const Settings& present) {

@@ -2,6 +2,8 @@
 // not put back settings that the user has changed.
 #pragma once
 
+#include <span>
+
 #include "viewer/simulation.h"
 
 namespace tetraction::viewer {
@@ -17,5 +19,11 @@ void check_edit(Edit& edit);
 /// with the present ones, such as moduli of another model, it returns the edit as it is, and also if it is
 /// an edit of another kind or the event does not say which keys it names (EventSettings::changed_keys).
 Edit with_present_settings(const Edit& edit, const EventSettings& event, const Settings& present);
+
+/// Whether an event would change a fix or a constraint that the user has taken away, and so bring it back.
+/// `edit` has the number of the scene, and `translated` that of the session. `earlier` are the events up
+/// to this one: what one of them removes, another may make anew.
+bool changes_what_was_removed(const Edit& edit, const Edit& translated, const EntryNumbers& present,
+                              std::span<const EventSettings> earlier);
 
 }  // namespace tetraction::viewer

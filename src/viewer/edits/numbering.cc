@@ -1,5 +1,6 @@
 #include "numbering.h"
 
+#include <algorithm>
 #include <type_traits>
 #include <variant>
 
@@ -49,6 +50,26 @@ void set_index(Edit& edit, std::size_t index) {
 
 ForEachList<std::size_t> counts_of(const Session& session) {
   return counts_with(session.loads(), session.fix_count(), session.constraints().size());
+}
+
+EntryNumbers present_entries(const Session& session) {
+  EntryNumbers present;
+  const ForEachList<std::size_t> counts = counts_of(session);
+  const BodyConstraints& constraints = session.settings().constraints;
+  for (std::size_t list = 0; list < kEntryLists; ++list) {
+    for (std::size_t i = 0; i < counts[list]; ++i) {
+      const bool acts = list == list_of(FixSettings()) ? !constraints.fixes[i].vertices.empty()
+                        : list == list_of(ConstraintSettings())
+                            ? constraints.other_settings[i].has_value()
+                            : true;
+      if (acts) present[list].push_back(i);
+    }
+  }
+  return present;
+}
+
+bool has(const EntryNumbers& numbers, std::size_t list, std::size_t index) {
+  return std::ranges::binary_search(numbers[list], index);
 }
 
 Numbering::Numbering(const Scene& scene) {

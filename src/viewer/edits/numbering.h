@@ -41,6 +41,12 @@ void set_index(Edit& edit, std::size_t index);
 /// The number of entries that a body has.
 ForEachList<std::size_t> counts_of(const Session& session);
 
+/// Numbers of entries.
+using EntryNumbers = ForEachList<std::vector<std::size_t>>;
+/// The entries that act: all loads, fixes that hold vertices, and constraints that are not removed.
+EntryNumbers present_entries(const Session& session);
+bool has(const EntryNumbers& numbers, std::size_t list, std::size_t index);
+
 /// Maps the indices in a scene's events to the actual indices of the entries.
 class Numbering {
  public:

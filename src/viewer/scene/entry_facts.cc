@@ -2,12 +2,15 @@
 
 #include <fmt/format.h>
 
+#include "viewer/display_units.h"
+
 namespace tetraction::viewer {
 namespace {
 
 std::string range_text(double least, double most, const char* unit) {
-  return least == most ? fmt::format("{:.4g}{}", least, unit)
-                       : fmt::format("{:.4g} to {:.4g}{}", least, most, unit);
+  const std::string end = with_unit(most, unit);
+  if (least == most) return end;
+  return fmt::format("{:.4g} to {}", display_unit(unit).from_si(least), end);
 }
 
 double youngs_modulus(const LameParameters& lame) {
@@ -32,13 +35,12 @@ Facts facts_of(const EntryPlace& place, const Settings& settings) {
   const LameParameters& least = settings.moduli[region].least;
   const LameParameters& most = settings.moduli[region].most;
   const MaterialSettings& material = settings.materials[region];
-  Facts facts{{"μ", range_text(least.mu, most.mu, " Pa")},
-              {"λ", range_text(least.lambda, most.lambda, " Pa")},
-              {"E", range_text(youngs_modulus(least), youngs_modulus(most), " Pa")},
+  Facts facts{{"μ", range_text(least.mu, most.mu, "Pa")},
+              {"λ", range_text(least.lambda, most.lambda, "Pa")},
+              {"E", range_text(youngs_modulus(least), youngs_modulus(most), "Pa")},
               {"ν", range_text(poissons_ratio(least), poissons_ratio(most), "")}};
   if (material.arrays.empty()) {
-    facts.emplace_back("Wave speed",
-                       fmt::format("{:.4g} m/s", wave_speed(least, material.density)));
+    facts.emplace_back("Wave speed", with_unit(wave_speed(least, material.density), "m/s"));
   }
   return facts;
 }

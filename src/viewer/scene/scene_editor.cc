@@ -10,6 +10,8 @@
 
 #include "document/scene_json.h"
 #include "tetraction/core/error.h"
+#include "tetraction/mesh/selection.h"
+#include "viewer/display_units.h"
 
 namespace tetraction::viewer {
 namespace {
@@ -52,9 +54,14 @@ Scene present_scene(const Scene& start, const Settings& settings) {
   for (std::size_t i = 1; i < settings.materials.size(); ++i) {
     scene.material_region.at(i - 1).material = settings.materials[i];
   }
-  static_cast<LoadLists&>(scene) = settings.loads;
-  scene.fix.clear();
-  for (const std::size_t number : settings.holding) scene.fix.push_back(settings.fixes[number]);
+  const auto take = [&](auto& entries, const auto& all, std::size_t list) {
+    entries.clear();
+    for (const std::size_t number : settings.present[list]) entries.push_back(all[number]);
+  };
+  for (const LoadKind kind : values_of<LoadKind>()) {
+    take(scene.list(kind), settings.loads.list(kind), static_cast<std::size_t>(kind));
+  }
+  take(scene.fix, settings.fixes, list_of(FixSettings()));
   scene.constraint.clear();
   for (const std::optional<ConstraintSettings>& constraint : settings.constraints) {
     if (constraint) scene.constraint.push_back(*constraint);
@@ -64,14 +71,8 @@ Scene present_scene(const Scene& start, const Settings& settings) {
 
 // The numbers in the session of the entries of present_scene().
 std::size_t number_of_entry(const Settings& settings, std::size_t list, std::size_t index) {
-  if (list == list_of(FixSettings())) {
-    return index < settings.holding.size() ? settings.holding[index] : settings.fixes.size();
-  }
-  if (list != list_of(ConstraintSettings())) return index;
-  for (std::size_t number = 0; number < settings.constraints.size(); ++number) {
-    if (settings.constraints[number] && index-- == 0) return number;
-  }
-  return settings.constraints.size();
+  const std::vector<std::size_t>& present = settings.present[list];
+  return index < present.size() ? present[index] : kNewest;
 }
 
 // The scene with the edits, with numbers in its events that fit.
@@ -91,7 +92,7 @@ Json edited_json(const EditedScene& edited) {
     std::sort(removed.rbegin(), removed.rend());
     for (const std::size_t place : removed) {
       json[section].erase(place);
-      renumber_events(json, section, place, -1);
+      drop_from_events(json, {section, place});
       if (json[section].empty()) json.erase(section);
     }
   });
@@ -121,18 +122,23 @@ Json usual_attraction(const EnvironmentSettings& present) {
   return json_of(section_of<EnvironmentSettings>(), &next);
 }
 
+// The run goes on with a new named selection, which nothing uses yet.
+bool adds_selection(const SceneChange& change) {
+  return change.kind == SceneChange::Kind::kAdd && change.place.section == kSelections;
+}
+
 }  // namespace
 
 std::string description_of(const SceneChange& change, const Json& scene) {
-  std::string entry = title_of_section(change.place.section);
-  if (is_list(change.place.section)) {
-    if (entry.ends_with("s")) entry.pop_back();
-    const bool adds = change.kind == SceneChange::Kind::kAdd;
-    const std::size_t index = adds ? entry_count(scene, change.place.section) : change.place.index;
-    const std::string name = name_of_entry(scene, {change.place.section, index});
-    if (!adds || !has_names(change.place.section)) {
-      entry += " " + (name.empty() ? std::to_string(index) : name);
-    }
+  EntryPlace place = change.place;
+  const bool adds = change.kind == SceneChange::Kind::kAdd;
+  if (adds) place.index = entry_count(scene, place.section);
+  std::string entry = title_of_entry(place);
+  if (has_names(place.section)) {  // in place of the number
+    const std::string name = name_of_entry(scene, place);
+    const std::string title = entry.substr(0, entry.rfind(' '));
+    if (adds) entry = title;
+    if (!name.empty()) entry = title + " " + name;
   }
   switch (change.kind) {
     case SceneChange::Kind::kAdd:
@@ -145,26 +151,27 @@ std::string description_of(const SceneChange& change, const Json& scene) {
       break;
   }
   std::string title = change.path.empty() ? "select" : change.path.back();
-  std::string unit;
+  DisplayUnit unit;
   const auto find = [&](const auto& self, const std::vector<Field>& fields) -> void {
     for (const Field& field : fields) {
       if (field.path == change.path) {
         title = field.title;
-        unit = " " + field.unit;
+        unit = display_unit(field.unit);
       }
       self(self, field.fields);
     }
   };
   find(find, fields_of(scene, change.place));
-  const std::string value =
-      change.value.is_null() ? "taken out" : value_text(change.value) + (unit == " " ? "" : unit);
+  std::string value = "taken out";
+  if (!change.value.is_null()) value = value_text(unit.from_si(change.value));
+  if (!change.value.is_null() && !unit.text.empty()) value += " " + unit.text;
   const std::string what = fmt::format("{} {}", title, value);
   return is_list(change.place.section) ? fmt::format("{}: {}", entry, what) : what;
 }
 
 Scene scene_with_edits(const Simulation& simulation) {
-  const std::shared_ptr<const EditedScene> edited = simulation.present().edited;
-  return scene_of_json(edited_json(*edited), edited->scene);
+  const EditedScene edited = simulation.edited_scene();
+  return scene_of_json(edited_json(edited), edited.scene);
 }
 
 SceneEditor::SceneEditor(Simulation& simulation, std::vector<OffEntry> off)
@@ -181,12 +188,28 @@ std::vector<Field> SceneEditor::fields(const EntryPlace& place) const {
   return fields;
 }
 
+Json SceneEditor::usual_selection(const std::string& section, const Json& selected) const {
+  const Json all{{"all", true}};
+  if (selected.is_null()) return all;
+  const bool is_on_surface =
+      section == name_of(LoadKind::kTraction) || section == name_of(LoadKind::kPressure);
+  const bool is_in_volume = section == name_of(LoadKind::kBodyForce) ||
+                            section == section_of<MaterialRegionSettings>().name;
+  const SelectVertices vertices{selected["vertices"].get<std::vector<std::int64_t>>()};
+  try {
+    if (is_on_surface) select_triangles(simulation_.mesh(), vertices);
+    if (is_in_volume) select_tetrahedra(simulation_.mesh(), vertices);
+  } catch (const InputError&) {
+    return is_on_surface ? Json{{"surface", true}} : all;
+  }
+  return selected;
+}
+
 bool SceneEditor::update() {
   if (shown_ == simulation_.settings_number()) return false;
   Present now = simulation_.present();
   shown_ = now.number;
   settings_ = std::move(now.settings);
-  edited_ = std::move(now.edited);
   const Scene& start = *now.start;
   present_ = present_scene(start, settings_);
   try {
@@ -339,11 +362,20 @@ SceneChange SceneEditor::in_edited_scene(const SceneChange& change,
 SceneEditor::Prepared SceneEditor::prepare(const SceneChange& change) const {
   if (scene_.is_null()) throw InputError("A scene file cannot hold this scene.");
   const SceneChange whole = with_model(change);
-  if (std::optional<Edit> edit = edit_of(whole)) return {std::move(edit), {}};
+  if (std::optional<Edit> edit = edit_of(whole)) return {std::move(edit), {}, {}};
+  const EditedScene edited = simulation_.edited_scene();
   ChangedScene changed =
-      changed_scene(edited_json(*edited_), edited_->scene, in_edited_scene(whole, *edited_));
-  if (!changed.json["time"].contains("end")) changed.scene.time.end = edited_->scene.time.end;
-  return {std::nullopt, std::move(changed.scene)};
+      changed_scene(edited_json(edited), edited.scene, in_edited_scene(whole, edited));
+  if (!changed.json["time"].contains("end")) changed.scene.time.end = edited.scene.time.end;
+  if (adds_selection(change)) {
+    for (const NamedSelection& named : changed.scene.selection) {
+      const auto& before = edited.scene.selection;
+      const bool is_new =
+          std::ranges::find(before, named.name, &NamedSelection::name) == before.end();
+      if (is_new) return {{}, named, {}};
+    }
+  }
+  return {{}, {}, std::move(changed.scene)};
 }
 
 std::string SceneEditor::change(const SceneChange& change, bool continues_previous) {
@@ -358,6 +390,8 @@ std::string SceneEditor::change_as(const SceneChange& change, const std::string&
     Prepared prepared = prepare(change);
     if (prepared.edit) {
       simulation_.edit(std::move(*prepared.edit), what, continues_previous);
+    } else if (prepared.named) {
+      simulation_.add_selection(std::move(*prepared.named), what);
     } else {
       simulation_.set_up(std::move(prepared.scene), what);
     }
@@ -369,7 +403,7 @@ std::string SceneEditor::change_as(const SceneChange& change, const std::string&
 
 std::optional<bool> SceneEditor::sets_up_again(const SceneChange& change) const {
   try {
-    return !prepare(change).edit;
+    return !adds_selection(change) && !edit_of(with_model(change));
   } catch (const Error&) {
     return std::nullopt;
   }
@@ -380,6 +414,14 @@ std::string SceneEditor::duplicate(const EntryPlace& place) {
   Json tables = scene_;
   add.value = table_of(tables, place);
   return change(std::move(add));
+}
+
+std::string SceneEditor::events_that_change(const EntryPlace& place) const {
+  EntryPlace at_start = place;
+  if (const std::optional<std::size_t> list = edited_list(place.section)) {
+    at_start.index = number_of_entry(settings_, *list, place.index);
+  }
+  return tetraction::events_that_change(scene_, at_start);
 }
 
 std::string SceneEditor::remove(const EntryPlace& place) {

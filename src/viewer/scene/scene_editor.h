@@ -1,7 +1,6 @@
 // Changes the scene of a simulation, as the window's tree and inspector want it.
 #pragma once
 
-#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -13,8 +12,8 @@
 
 namespace tetraction::viewer {
 
-/// Used in the thread of the window. A change for which there is an Edit is made in the running session. Any
-/// other change is made in the scene itself, and the run is set up again from its start.
+/// Used in the thread of the window. A change for which there is an Edit is made in the running session, and so is a
+/// selection that gets a name. Any other change is made in the scene itself, and the run is set up again from its start.
 class SceneEditor {
  public:
   /// `off` are entries that the file of the scene has as switched off.
@@ -27,11 +26,17 @@ class SceneEditor {
   std::vector<OutlineGroup> outline() const { return tetraction::outline(scene_); }
   std::vector<Field> fields(const EntryPlace& place) const;
 
+  /// What a new entry of a list acts on: the selected vertices, or, if they are not enough for it, all of the body or of
+  /// its surface. `selected` is their selection, or null.
+  Json usual_selection(const std::string& section, const Json& selected) const;
+
   /// Makes a change. Returns why it is not possible; otherwise an empty text. A simulation may still refuse it later:
   /// then there is a notice, or Simulation::take_refusal(). `continues_previous`: see Simulation::edit().
   std::string change(const SceneChange& change, bool continues_previous = false);
   std::string duplicate(const EntryPlace& place);
   std::string remove(const EntryPlace& place);
+  /// The events that change an entry, as "the event at 0.5 s". Empty if there are none.
+  std::string events_that_change(const EntryPlace& place) const;
   /// Whether the change sets up the run again. No value if it is not possible.
   std::optional<bool> sets_up_again(const SceneChange& change) const;
 
@@ -50,7 +55,8 @@ class SceneEditor {
                         bool continues_previous = false);
   struct Prepared {
     std::optional<Edit> edit;
-    Scene scene;  // if there is no edit
+    std::optional<NamedSelection> named;  // that is added
+    Scene scene;                          // if there is neither
   };
   Prepared prepare(const SceneChange& change) const;
   std::optional<Edit> edit_of(const SceneChange& change) const;
@@ -60,7 +66,6 @@ class SceneEditor {
   Simulation& simulation_;
   std::optional<std::size_t> shown_;  // Simulation::settings_number()
   Settings settings_;
-  std::shared_ptr<const EditedScene> edited_;
   Scene present_;
   Json scene_;
   std::vector<OffEntry> off_;

@@ -155,8 +155,8 @@ TEST(ChartSeries, OfProbesLeaveRowsWithoutValuesOut) {
   const std::vector<ChartProbe> probes = chart_probes(
       {probe_of("tip", ProbeQuantity::kDisplacement), probe_of("s", ProbeQuantity::kVonMises)});
   ASSERT_EQ(probes.size(), 2U);
-  EXPECT_EQ(probes[0].axis, "tip: displacement [m]");
-  EXPECT_EQ(probes[1].axis, "s: von mises [Pa]");
+  EXPECT_EQ(axis_title(probes[0].axis, probes[0].unit), "tip: displacement [m]");
+  EXPECT_EQ(axis_title(probes[1].axis, probes[1].unit), "s: von mises [Pa]");
   const ChartKind kind = chart_kind_of(probes[1]);
   ASSERT_EQ(kind.series.size(), 1U);
   EXPECT_EQ(kind.series[0].name, "s");

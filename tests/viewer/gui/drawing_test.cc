@@ -12,15 +12,6 @@ namespace {
 
 class Drawing : public WindowTest {
  protected:
-  // The panel with a beam at rest.
-  void show_beam() {
-    show(quiet_beam());
-    raise("dock_drawing");
-  }
-  QImage picture() {
-    wait(50);
-    return window_->body_view()->picture();
-  }
   double low() { return window_->body_view()->color_low(); }
   double high() { return window_->body_view()->color_high(); }
   const DrawingSettings& drawing() { return window_->body_view()->drawing(); }
@@ -164,6 +155,26 @@ TEST_F(Drawing, ARestartAndFitNowFitTheColoursOfThatMoment) {
   EXPECT_EQ(find<NumberField>("range_high")->value(), high());
   press_and_settle(Qt::Key_R);
   EXPECT_EQ(high(), fitted);
+}
+
+TEST_F(Drawing, ABodyWithoutColoursHasNoBar) {
+  show(falling_beam());
+  // Dark pixels of numbers and title beside the body.
+  const auto has_bar = [this] {
+    const QImage image = picture();
+    int dark = 0;
+    for (int x = image.width() - 100; x < image.width() - 10; ++x) {
+      for (int y = image.height() / 4; y < 3 * image.height() / 4; ++y) {
+        if (qGray(image.pixel(x, y)) < 90) ++dark;
+      }
+    }
+    return dark > 50;
+  };
+  EXPECT_FALSE(has_bar());
+  run_to(0.05);
+  EXPECT_TRUE(has_bar());
+  press_and_settle(Qt::Key_R);
+  EXPECT_FALSE(has_bar());
 }
 
 TEST_F(Drawing, ClipPlaneHidesOneSide) {

@@ -286,7 +286,7 @@ TEST_F(Files, ProbesOfARunAreReplayed) {
   const Replay replay(directory);
   ASSERT_EQ(replay.probes().size(), 2U);
   EXPECT_EQ(replay.probes()[0].columns.size(), 3U);
-  EXPECT_EQ(replay.probes()[0].axis, "all: displacement [m]");
+  EXPECT_EQ(axis_title(replay.probes()[0].axis, replay.probes()[0].unit), "all: displacement [m]");
   std::vector<Index> steps;
   for (const HistoryRow& row : replay.history()) {
     steps.push_back(row.step);
@@ -528,12 +528,16 @@ TEST_F(Files, AReplayShowsNoSettingsOfTheSceneBefore) {
   }
   open(directory);
   ASSERT_NE(window_->replay(), nullptr);
+  window_->resize(1024, 700);
   for (const auto& [dock, field] : panels) {
     raise(dock);
     EXPECT_FALSE(find<QWidget>(field)->isVisible()) << dock;
     auto* text = find<QDockWidget>(dock)->findChild<QLabel*>(QStringLiteral("replay_text"));
     ASSERT_NE(text, nullptr) << dock;
     EXPECT_TRUE(text->isVisible()) << dock;
+    wait();
+    EXPECT_EQ(text->visibleRegion().boundingRect().width(), text->width()) << dock << ": it is cut";
+    EXPECT_GE(text->height(), text->heightForWidth(text->width())) << dock;
   }
   keep_picture("replay_settings");
   show(quiet_beam());

@@ -160,6 +160,23 @@ TEST_F(Keyboard, ANumberThatWasEnteredGivesTheKeyboardBack) {
   }
 }
 
+TEST_F(Keyboard, AClickInThePictureTakesTheKeyboardAndKeepsIt) {
+  show(quiet_beam());
+  show_entry("fix");
+  NumberField* field = number_field("at");
+  type(field, "-x");
+  EXPECT_EQ(QApplication::focusWidget(), field);
+  QTest::keyClick(field, Qt::Key_Escape);
+  // The fields are made anew, because there are selected vertices now that can be used.
+  QWidget* canvas = window_->body_view()->canvas();
+  QTest::mouseClick(canvas, Qt::LeftButton, Qt::NoModifier,
+                    place_of(nearest(Vector3(1.2, 0.3, 0.3))));
+  settle();
+  EXPECT_FALSE(window_->selection().empty());
+  EXPECT_TRUE(find<QAbstractButton>("use_selected")->isEnabled());
+  EXPECT_EQ(QApplication::focusWidget(), canvas);
+}
+
 TEST_F(Keyboard, UndoAndRedo) {
   show(quiet_beam());
   show_entry("damping");

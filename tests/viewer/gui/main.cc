@@ -19,8 +19,10 @@ int main(int argc, char** argv) {
   tetraction::viewer::set_up_application();
   QSettings::setPath(
       QSettings::NativeFormat, QSettings::UserScope,
-      QDir::temp().filePath(
-          QStringLiteral("tetraction_gui_test_%1").arg(QCoreApplication::applicationPid())));
+      qEnvironmentVariable(
+          "TETRACTION_TEST_SETTINGS",  // of the test that has started this one
+          QDir::temp().filePath(
+              QStringLiteral("tetraction_gui_test_%1").arg(QCoreApplication::applicationPid()))));
   // Dialogs of the system, where there are any, cannot be found among the widgets.
   QCoreApplication::setAttribute(Qt::AA_DontUseNativeDialogs);
   QApplication app(argc, argv);

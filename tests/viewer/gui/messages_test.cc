@@ -10,6 +10,7 @@ class Messages : public WindowTest {};
 
 TEST_F(Messages, FloatOverThePictureAndLeaveItWhereItIs) {
   show(quiet_beam());
+  settle();  // the first texts of the bars
   QWidget* canvas = window_->body_view()->canvas();
   const QRect before(canvas->mapTo(window_.get(), QPoint()), canvas->size());
   window_->select({nearest({1.2, 0.3, 0.3})});

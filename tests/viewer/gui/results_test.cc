@@ -295,12 +295,12 @@ TEST_F(Results, TwoRunsAreComparedSideBySide) {
   for (const BodyView* view : {first, second}) {
     for (const float value : view->state()->field_values) EXPECT_LE(value, first->color_high());
   }
-  // One camera, whichever picture is turned.
+  // One camera, whichever picture is turned. VTK normalises its directions once more.
   const auto same_camera = [&] {
-    const BodyView::Camera a = first->camera();
-    const BodyView::Camera b = second->camera();
+    const auto a = first->camera();
+    const auto b = second->camera();
     for (std::size_t i = 0; i < a.size(); ++i) {
-      if (std::abs(a[i] - b[i]) > 1e-12) return false;  // round-off of unit vectors
+      if (std::abs(a[i] - b[i]) > 1e-12 * std::max(1.0, std::abs(a[i]))) return false;
     }
     return true;
   };
@@ -410,7 +410,7 @@ TEST_F(Results, ACommandThatFailsIsTold) {
   show(std::move(free));
   compute("&Equilibrium", path("static"));
   wait_for_result();
-  expect_told(QStringLiteral("can still move along x"));
+  expect_told(QStringLiteral("no definite equilibrium"));
   EXPECT_EQ(window_->replay(), nullptr);
   ASSERT_NE(window_->simulation(), nullptr);
   // Values that are none.

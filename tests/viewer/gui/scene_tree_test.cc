@@ -127,6 +127,39 @@ TEST_F(Tree, EverySectionHasFieldsThatFitTheWindow) {
   }
 }
 
+TEST_F(Tree, WhatADeletionMeansForEventsIsTold) {
+  Document document = quiet_beam();
+  FixSettings moved = document.scene.fix[0];
+  moved.offset = Vector3(0.0, 0.01, 0.0);
+  EventSettings event;
+  event.at = 0.5;
+  event.edits = {SetFix{0, moved}};
+  document.scene.event = {event};
+  show(std::move(document));
+  show_entry("fix");
+  QTest::keyClick(window_->scene_panels()->tree(), Qt::Key_Delete);
+  settle();
+  EXPECT_EQ(window_->scene_panels()->tree()->item_of({"fix", 0}), nullptr);
+  expect_told(QStringLiteral("what the event at 0.5 s would change"));
+  window_->simulation()->undo();
+  settle();
+  EXPECT_NE(window_->scene_panels()->tree()->item_of({"fix", 0}), nullptr);
+}
+
+TEST_F(Tree, SelectedVerticesThatAreNoBodyAreToldToANewBodyForce) {
+  show(quiet_beam());
+  window_->select({nearest(Vector3(1.2, 0.3, 0.3))});
+  settle();
+  emit window_->scene_panels()->tree()->add_wanted(QStringLiteral("body_force"));
+  settle();
+  ASSERT_TRUE(wait_for(
+      [this] {
+        return window_->scene_panels()->tree()->item_of({"body_force", 0}) != nullptr;
+      },
+      5000));
+  expect_told(QStringLiteral("the whole body"));
+}
+
 TEST_F(Tree, AChangeOfTheSceneSetsTheRunUpAgain) {
   show(quiet_beam());
   press_and_settle(Qt::Key_S);

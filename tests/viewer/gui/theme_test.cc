@@ -4,12 +4,18 @@
 #include <vtkTextProperty.h>
 
 #include <QFile>
+#include <QMap>
 #include <QMenu>
+#include <QMessageBox>
+#include <QToolBar>
 #include <QToolButton>
+#include <QUrl>
 #include <algorithm>
 #include <cmath>
 
+#include "dialogs.h"
 #include "pictures.h"
+#include "tetraction/core/version.h"
 #include "viewer/gui/widgets/icons.h"
 #include "window_test.h"
 
@@ -118,6 +124,48 @@ TEST_F(Themes, ToolTipsNameTheShortcuts) {
         << button->toolTip().toStdString();
   }
   EXPECT_GE(buttons, 8);
+}
+
+TEST_F(Themes, EachActionHasAShortcutThatItsToolTipNames) {
+  show(quiet_beam());
+  QMap<QString, QString> taken;
+  for (const QAction* action : window_->findChildren<QAction*>()) {
+    const QString text = action->text();
+    if (action->menu() != nullptr || action->isSeparator() || text.isEmpty()) continue;
+    const QObject* parent = action->parent();
+    if (!action->isVisible() || parent == find<QMenu>("groups")) continue;
+    if (qobject_cast<const QToolBar*>(parent) != nullptr) continue;  // Qt's own, in no menu
+    const QString key = action->shortcut().toString(QKeySequence::NativeText);
+    EXPECT_FALSE(key.isEmpty()) << text.toStdString();
+    EXPECT_TRUE(action->toolTip().contains(key)) << action->toolTip().toStdString();
+    // One of the two actions that go back is enabled.
+    if (key != QStringLiteral("B")) {
+      EXPECT_FALSE(taken.contains(key)) << text.toStdString() << ", " << taken[key].toStdString();
+    }
+    taken[key] = text;
+  }
+  EXPECT_GE(taken.size(), 50);
+}
+
+TEST_F(Themes, TheHelpMenuLeadsToTheDocumentsAndTellsTheVersion) {
+  for (const char* file : {"viewer.md", "scene.md", "outputs.md", "faq.md"}) {
+    const auto actions = window_->findChildren<QAction*>();
+    const auto leads_there = [&](const QAction* action) {
+      return action->data().toUrl().fileName() == QLatin1String(file);
+    };
+    const auto found = std::ranges::find_if(actions, leads_there);
+    ASSERT_NE(found, actions.end()) << file;
+    EXPECT_TRUE(QFile::exists((*found)->data().toUrl().toLocalFile()));
+  }
+  QString text;
+  const DialogAnswer answer([&](QDialog& dialog) {
+    if (const auto* box = qobject_cast<QMessageBox*>(&dialog)) text = box->text();
+    dialog.reject();
+  });
+  menu_action(QStringLiteral("&About"))->trigger();
+  EXPECT_TRUE(answer.given());
+  EXPECT_TRUE(text.contains(QString::fromStdString(version()))) << text.toStdString();
+  EXPECT_TRUE(text.contains(QStringLiteral("Apache License 2.0")));
 }
 
 TEST_F(Themes, TheLayoutIsReset) {

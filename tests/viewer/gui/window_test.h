@@ -75,6 +75,15 @@ class WindowTest : public testing::Test {
     window_->show_document(std::move(document));
     wait();
   }
+  /// The beam at rest, with the panel of what is drawn.
+  void show_beam() {
+    show(quiet_beam());
+    raise("dock_drawing");
+  }
+  QImage picture() {
+    wait(50);
+    return window_->body_view()->picture();
+  }
   /// Lets the window work for a moment.
   static void wait(int ms = 100) { QTest::qWait(ms); }
   /// Waits for the simulation, then for the window to show what it did.

@@ -83,6 +83,8 @@ class NodalVolume {
   /// The mean of U'(J_a) over the nodes of element e, Pa: the pressure that W adds to its Cauchy
   /// stress, positive in tension. May be called from several threads.
   double mean_tension(Index e, const Vector& q) const;
+  /// The same of all elements, in one loop.
+  Vector mean_tensions(const Vector& q) const;
   /// J_a of every vertex; of a vertex with several materials that of all its tetrahedra together.
   Vector ratios(const Vector& q) const;
 

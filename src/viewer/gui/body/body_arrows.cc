@@ -14,6 +14,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "viewer/display_units.h"
+
 namespace tetraction::viewer {
 namespace {
 
@@ -103,7 +105,7 @@ void BodyArrows::update(const Vector& position, const Vector& field,
 
 std::string BodyArrows::legend() const {
   if (!visible_ || largest_ == 0.0) return {};
-  return fmt::format("{}: longest arrow {:.3g} {}", name_, largest_, unit_);
+  return fmt::format("{}: longest arrow {}", name_, with_unit(largest_, unit_, 3));
 }
 
 }  // namespace tetraction::viewer

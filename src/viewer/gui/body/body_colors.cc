@@ -18,6 +18,7 @@
 #include <utility>
 
 #include "body_scene.h"
+#include "viewer/display_units.h"
 
 namespace tetraction::viewer {
 namespace {

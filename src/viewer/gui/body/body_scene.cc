@@ -43,7 +43,6 @@ constexpr double kForceColor[3] = {0.80, 0.15, 0.15};
 constexpr double kMomentumColor[3] = {0.10, 0.45, 0.85};
 constexpr double kReactionColor[3] = {0.15, 0.55, 0.25};
 constexpr double kBodyColor[3] = {0.62, 0.70, 0.78};
-constexpr double kFixedColor[3] = {0.15, 0.15, 0.18};
 constexpr double kGhostColor[3] = {0.80, 0.47, 0.65};
 constexpr double kSelectedColor[3] = {1.0, 0.45, 0.0};
 
@@ -100,7 +99,7 @@ BodyScene::BodyScene(vtkRenderer* renderer, vtkRenderer* gutter)
   edge_actor_->SetMapper(edge_mapper_);
   edge_actor_->GetProperty()->LightingOff();
   draw_as_points(cloud_mapper_, cloud_, cloud_actor_, kBodyColor);
-  draw_as_points(fixed_mapper_, fixed_, fixed_actor_, kFixedColor);
+  draw_as_points(fixed_mapper_, fixed_, fixed_actor_, kBodyColor);
   draw_as_points(selected_mapper_, selected_, selected_actor_, kSelectedColor);
   draw_as_points(area_mapper_, area_, area_actor_, kSelectedColor);
   selected_actor_->GetProperty()->RenderPointsAsSpheresOn();
@@ -247,6 +246,8 @@ void BodyScene::set_drawing(const DrawingSettings& drawing) {
   const double edge = drawing.surface ? shades.edge : (shades.text < 0.5 ? 0.25 : 0.8);
   edge_gray_ = edge;
   edge_actor_->GetProperty()->SetColor(edge, edge, edge);
+  const double fixed = dark ? 0.95 : 0.15;
+  fixed_actor_->GetProperty()->SetColor(fixed, fixed, fixed);
   rest_actor_->GetProperty()->SetColor(shades.rest, shades.rest, shades.rest);
   ghost_actor_->GetProperty()->SetColor(kGhostColor[0], kGhostColor[1], kGhostColor[2]);
   arrow_legend_->GetTextProperty()->SetColor(shades.text, shades.text, shades.text);

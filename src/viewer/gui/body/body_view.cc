@@ -327,10 +327,15 @@ bool BodyView::move(const QPointF& place) {
   }
 }
 
+// Whether the mouse is where its button was pressed.
+bool BodyView::is_click(const QPointF& place) const {
+  const QPointF d = place - pressed_;
+  return std::hypot(d.x(), d.y()) < kClickDistance;
+}
+
 bool BodyView::release(const QPointF& place, Qt::KeyboardModifiers modifiers) {
   const bool add = (modifiers & (Qt::ControlModifier | Qt::ShiftModifier)) != 0;
-  const QPointF d = place - pressed_;
-  const bool clicked = std::hypot(d.x(), d.y()) < kClickDistance;
+  const bool clicked = is_click(place);
   const Gesture gesture = std::exchange(gesture_, Gesture::kNone);
   band_->hide();
   if (gesture == Gesture::kDrag) {
@@ -387,6 +392,7 @@ bool BodyView::eventFilter(QObject* watched, QEvent* event) {
         gesture_ = Gesture::kLight;
         return true;
       }
+      if (mouse->button() == Qt::RightButton) pressed_ = mouse->localPos();
       if (mouse->button() != Qt::LeftButton) return false;
       widget_->setFocus(Qt::MouseFocusReason);
       return press(mouse->localPos(), mouse->modifiers());
@@ -398,6 +404,9 @@ bool BodyView::eventFilter(QObject* watched, QEvent* event) {
       if (mouse->button() == Qt::RightButton && gesture_ == Gesture::kLight) {
         gesture_ = Gesture::kNone;
         return true;
+      }
+      if (mouse->button() == Qt::RightButton && is_click(mouse->localPos())) {
+        emit menu_wanted(vertex_at(mouse->localPos()), mouse->globalPos());
       }
       if (mouse->button() != Qt::LeftButton) return false;
       return release(mouse->localPos(), mouse->modifiers());

@@ -91,6 +91,8 @@ class BodyView : public QWidget {
 
  signals:
   void picked(tetraction::Index vertex, bool add);
+  /// The right button was clicked: on this vertex, or on none (−1), at this point of the screen.
+  void menu_wanted(tetraction::Index vertex, const QPoint& place);
   void band_selected(std::vector<tetraction::Index> vertices, bool add);
   /// The user turns the light by these angles, degrees to the right and up.
   void light_turned(double azimuth, double elevation);
@@ -126,6 +128,7 @@ class BodyView : public QWidget {
   void detect_graphics_card();
   bool press(const QPointF& place, Qt::KeyboardModifiers modifiers);
   bool move(const QPointF& place);
+  bool is_click(const QPointF& place) const;
   bool release(const QPointF& place, Qt::KeyboardModifiers modifiers);
   std::optional<Hit> hit_at(const QPointF& place) const;
   std::vector<Index> vertices_in(const QRect& band, bool through);

@@ -13,6 +13,7 @@
 #include <optional>
 
 #include "body_view.h"
+#include "viewer/display_units.h"
 #include "viewer/gui/widgets/theme.h"
 #include "viewer/gui/widgets/vtk_widget.h"
 

@@ -12,6 +12,7 @@
 #include <string>
 #include <string_view>
 
+#include "viewer/display_units.h"
 #include "viewer/gui/widgets/theme.h"
 
 namespace tetraction::viewer {
@@ -130,16 +131,16 @@ void ColorBar::show_range() {
   bar_table_->DeepCopy(table_);
   if (drawing_.field == nullptr) return;
   std::string title = drawing_.field.title();
-  const PrefixedUnit unit =
-      prefixed_unit(std::max(std::abs(low_), std::abs(high_)), drawing_.field->unit);
-  bar_table_->SetTableRange(low_ / unit.factor, high_ / unit.factor);
+  const DisplayUnit unit =
+      display_unit(drawing_.field->unit, std::max(std::abs(low_), std::abs(high_)));
+  bar_table_->SetTableRange(unit.from_si(low_), unit.from_si(high_));
   bar_table_->ResetAnnotations();
   if (drawing_.field->is_integral) {
     for (int i = 0; i < bar_table_->GetNumberOfTableValues(); ++i) {
       bar_table_->SetAnnotation(i, std::to_string(i));
     }
-  } else if (!unit.unit.empty()) {
-    title += "\n[" + unit.unit + "]";
+  } else if (!unit.text.empty()) {
+    title += "\n[" + unit.text + "]";
   }
   bar_->SetTitle(title.c_str());
 }
@@ -158,6 +159,7 @@ bool ColorBar::follow(const std::vector<float>& values) {
     low_ = middle ? *middle - floor : 0.0;
     high_ = middle ? *middle + floor : floor;
     show_range();
+    bar_->VisibilityOff();  // the body is grey
     return false;
   }
   bar_->VisibilityOn();

@@ -7,6 +7,7 @@
 #include <vtkStringArray.h>
 
 #include "live_chart.h"
+#include "viewer/display_units.h"
 #include "viewer/gui/widgets/vtk_widget.h"
 
 namespace tetraction::viewer {
@@ -85,6 +86,8 @@ void LiveChart::scale() {
 void LiveChart::set_ticks() {
   for (const int side : {vtkAxis::LEFT, vtkAxis::BOTTOM}) {
     vtkAxis* axis = chart_->GetAxis(side);
+    // Ticks at round numbers are at round numbers in every unit.
+    const DisplayUnit unit = display_unit(side == vtkAxis::LEFT ? kind().unit : time_unit());
     const double low = axis->GetMinimum();
     const double high = axis->GetMaximum();
     if (!is_drawable(low, high)) continue;
@@ -94,9 +97,9 @@ void LiveChart::set_ticks() {
     for (const double tick : axis_ticks(low, high, wanted)) {
       places->InsertNextValue(tick);
       const bool is_power = logarithmic_ && side == vtkAxis::LEFT;
-      labels->InsertNextValue(
-          QString::number(is_power ? std::pow(10.0, tick) : tick, 'g', is_power ? 2 : 4)
-              .toStdString());
+      labels->InsertNextValue(QString::number(unit.from_si(is_power ? std::pow(10.0, tick) : tick),
+                                              'g', is_power ? 2 : 4)
+                                  .toStdString());
     }
     axis->SetCustomTickPositions(places, labels);
   }

@@ -11,6 +11,7 @@
 
 #include "chart_axes.h"
 #include "live_chart.h"
+#include "viewer/display_units.h"
 #include "viewer/gui/widgets/vtk_widget.h"
 
 namespace tetraction::viewer {
@@ -34,14 +35,15 @@ void LiveChart::show_values(const QPoint& place) {
                                      [](const HistoryRow& row, double t) { return row.time < t; });
   if (next == rows_.end() && rows_.empty()) return QToolTip::hideText();
   const HistoryRow& row = next == rows_.end() ? rows_.back() : *next;
-  QStringList lines{
-      (run_ == RunKind::kMotion ? tr("%1 s") : tr("load factor %1")).arg(row.time, 0, 'g', 5)};
+  const std::string time_text = with_unit(row.time, time_unit(), 5);
+  QStringList lines{(run_ == RunKind::kMotion ? QStringLiteral("%1") : tr("load factor %1"))
+                        .arg(QString::fromStdString(time_text))};
   const auto& shown = shown_[static_cast<std::size_t>(kind_)];
   for (std::size_t s = 0; s < shown.size(); ++s) {
     const ChartSeries& series = kind().series[s];
     if (!shown[s]) continue;
     lines +=
-        tr("%1: %2").arg(QString::fromStdString(series.name)).arg(series.value(row), 0, 'g', 5);
+        QString::fromStdString(series.name + ": " + with_unit(series.value(row), kind().unit, 5));
   }
   const double near = 4.0 * std::abs(time_at(1.0) - time_at(0.0));
   for (const EditMark& mark : marks_) {

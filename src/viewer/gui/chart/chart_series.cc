@@ -6,6 +6,8 @@
 #include <cmath>
 #include <limits>
 
+#include "viewer/display_units.h"
+
 namespace tetraction::viewer {
 namespace {
 
@@ -32,36 +34,46 @@ const std::vector<ChartKind>& chart_kinds(RunKind run) {
       // A row that comes from probes.csv only has no iterations.
       [](Row r) { return std::isnan(r.total) ? kNone : static_cast<double>(r.iterations); }};
   static const std::vector<ChartKind> of_equilibrium{
-      {"Energy", "Energy [J]", potentials}, {"Iterations", "Iterations a load step", {iterations}}};
+      {"Energy", "Energy", "J", potentials},
+      {"Iterations", "Iterations a load step", "", {iterations}}};
   static const std::vector<ChartKind> of_motion{
       {"Energy",
-       "Energy [J]",
+       "Energy",
+       "J",
        {{"Kinetic", kBlue, [](Row r) { return r.kinetic; }},
         potentials[0],
         potentials[1],
         potentials[2]}},
-      {"Energy balance",
-       "Since the start [J]",
+      {"Balance",
+       "Since the start",
+       "J",
        {{"External work", kBlue, [](Row r) { return r.external_work; }},
         {"Constraint work", kOrange, [](Row r) { return r.constraint_work; }},
         {"Dissipated", kGreen, [](Row r) { return r.dissipated_energy; }},
         {"Work of edits", kPink, [](Row r) { return r.edit_work; }},
         {"Energy error", kRed, [](Row r) { return r.energy_error; }}}},
       {"Energy error",
-       "Energy error [J]",
+       "Energy error",
+       "J",
        {{"Energy error", kRed, [](Row r) { return r.energy_error; }}}},
-      {"Linear momentum",
-       "Momentum [kg m/s]",
+      {"Momentum",
+       "Momentum",
+       "kg m/s",
        {{"p x", kBlue, [](Row r) { return r.linear_momentum.x(); }},
         {"p y", kOrange, [](Row r) { return r.linear_momentum.y(); }},
         {"p z", kGreen, [](Row r) { return r.linear_momentum.z(); }}}},
       {"Angular momentum",
-       "About the origin [kg m²/s]",
+       "About the origin",
+       "kg m²/s",
        {{"L x", kBlue, [](Row r) { return r.angular_momentum.x(); }},
         {"L y", kOrange, [](Row r) { return r.angular_momentum.y(); }},
         {"L z", kGreen, [](Row r) { return r.angular_momentum.z(); }}}},
-      {"Iterations", "Iterations a step", {iterations}}};
+      {"Iterations", "Iterations a step", "", {iterations}}};
   return run == RunKind::kEquilibrium ? of_equilibrium : of_motion;
+}
+
+std::string axis_title(const std::string& axis, const std::string& unit) {
+  return unit.empty() ? axis : fmt::format("{} [{}]", axis, display_unit(unit).text);
 }
 
 std::vector<ChartProbe> chart_probes(const std::vector<ProbeSettings>& probes) {
@@ -72,9 +84,8 @@ std::vector<ChartProbe> chart_probes(const std::vector<ProbeSettings>& probes) {
     entry.name = probe.name;
     std::string quantity = to_string(probe.quantity);
     std::replace(quantity.begin(), quantity.end(), '_', ' ');
-    const std::string unit = quantity_of(probe.quantity).unit;
-    entry.axis = fmt::format("{}: {}{}", probe.name, quantity,
-                             unit.empty() ? "" : fmt::format(" [{}]", unit));
+    entry.axis = fmt::format("{}: {}", probe.name, quantity);
+    entry.unit = quantity_of(probe.quantity).unit;
     entry.first = first;
     for (const char* ending : component_endings(quantity_of(probe.quantity).shape)) {
       entry.columns.push_back(probe.name + ending);
@@ -86,7 +97,7 @@ std::vector<ChartProbe> chart_probes(const std::vector<ProbeSettings>& probes) {
 
 ChartKind chart_kind_of(const ChartProbe& probe) {
   constexpr std::array kColors{kBlue, kOrange, kGreen, kBlack, kRed, kPink};
-  ChartKind kind{probe.name, probe.axis, {}};
+  ChartKind kind{probe.name, probe.axis, probe.unit, {}};
   for (std::size_t c = 0; c < probe.columns.size(); ++c) {
     const std::size_t i = probe.first + c;
     kind.series.push_back(

@@ -22,7 +22,8 @@ struct ChartSeries {
 
 struct ChartKind {
   std::string name;
-  std::string axis;  ///< title of the axis: quantity and unit
+  std::string axis;  ///< title of the axis: the quantity
+  std::string unit;
   std::vector<ChartSeries> series;
 };
 
@@ -30,14 +31,18 @@ struct ChartKind {
 /// a mode, which has none and whose `time` is the part of the period.
 enum class RunKind { kMotion, kEquilibrium, kMode };
 
-/// The kinds of a motion: energy, energy balance, energy error, linear momentum, angular momentum, iterations. An
+/// The title of an axis with the unit in which it is shown.
+std::string axis_title(const std::string& axis, const std::string& unit);
+
+/// The kinds of a motion: energy, balance, energy error, momentum, angular momentum, iterations. An
 /// equilibrium has energy without the kinetic part, and iterations.
 const std::vector<ChartKind>& chart_kinds(RunKind run = RunKind::kMotion);
 
 /// A probe whose values the rows of a history have.
 struct ChartProbe {
   std::string name;
-  std::string axis;                  ///< quantity and unit
+  std::string axis;  ///< the quantity
+  std::string unit;
   std::size_t first = 0;             ///< index of its first value in HistoryRow::probes
   std::vector<std::string> columns;  ///< their names in probes.csv
   bool operator==(const ChartProbe&) const = default;

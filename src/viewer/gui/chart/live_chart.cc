@@ -199,7 +199,6 @@ void LiveChart::set_run(RunKind run) {
     tabs_->addTab(QString::fromStdString(kind.name));
     shown_.emplace_back(kind.series.size(), true);
   }
-  chart_->GetAxis(vtkAxis::BOTTOM)->SetTitle(run == RunKind::kMotion ? "Time [s]" : "Load factor");
 }
 
 void LiveChart::set_probes(const std::vector<ChartProbe>& probes, RunKind run) {
@@ -266,7 +265,7 @@ void LiveChart::rebuild() {
     plot->SetInputData(table, 0, y);
     plot->SetColor(static_cast<unsigned char>(r), static_cast<unsigned char>(g),
                    static_cast<unsigned char>(b), 255);
-    plot->SetWidth(width);
+    plot->SetWidth(width * static_cast<float>(widget_->devicePixelRatioF()));
     plot->SetVisible(false);  // a line needs two points
     plot->SetLabel("");       // not in the legend
     return plot;
@@ -306,7 +305,13 @@ void LiveChart::rebuild() {
     });
   }
   legend_->addStretch(1);
-  chart_->GetAxis(vtkAxis::LEFT)->SetTitle(kind.axis.c_str());
+  show_units();
+}
+
+void LiveChart::show_units() {
+  const std::string time = run_ == RunKind::kMotion ? "Time" : "Load factor";
+  chart_->GetAxis(vtkAxis::BOTTOM)->SetTitle(axis_title(time, time_unit()));
+  chart_->GetAxis(vtkAxis::LEFT)->SetTitle(axis_title(kind().axis, kind().unit));
   stale_ = true;
 }
 

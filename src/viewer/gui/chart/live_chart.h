@@ -76,6 +76,8 @@ class LiveChart : public QWidget {
  public slots:
   void show_whole_run();
   void save();
+  /// Shows the numbers in the present units.
+  void show_units();
 
  signals:
   void message_ready(const QString& message);
@@ -88,6 +90,7 @@ class LiveChart : public QWidget {
 
  private:
   const ChartKind& kind() const { return kinds_[static_cast<std::size_t>(kind_)]; }
+  const char* time_unit() const { return run_ == RunKind::kMotion ? "s" : ""; }
   int fixed_kinds() const { return static_cast<int>(chart_kinds(run_).size()); }
   void set_run(RunKind run);
   bool save_picture(const QString& path);

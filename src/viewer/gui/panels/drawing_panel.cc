@@ -103,16 +103,17 @@ DrawingPanel::DrawingPanel(QWidget* parent) : QWidget(parent) {
   field_->setObjectName(QStringLiteral("color_field"));
   field_->setToolTip(tr("What colours the body"));
   for (const ColorField& field : color_fields()) {
-    const QString name = QString::fromStdString(field.title());
-    const QString unit = field == nullptr ? QString() : QString::fromUtf8(field->unit);
-    field_->addItem(field == nullptr ? tr("One colour")
-                    : unit.isEmpty() ? name
-                                     : QStringLiteral("%1 [%2]").arg(name, unit));
+    field_->addItem(field == nullptr ? tr("One colour") : QString::fromStdString(field.title()));
   }
   color->addRow(tr("By"), field_);
   shows_.emplace_back([this] {
     const auto place = std::ranges::find(color_fields(), drawing_.field) - color_fields().begin();
     field_->setCurrentIndex(static_cast<int>(place));
+    const QString unit =
+        drawing_.field == nullptr ? QString() : QString::fromUtf8(drawing_.field->unit);
+    for (NumberField* end : {low_, high_}) {
+      if (end->unit() != unit) end->set_unit(unit);
+    }
   });
   connect(field_, QOverload<int>::of(&QComboBox::activated), this,
           [this](int i) { color_by(color_fields()[static_cast<std::size_t>(i)]); });
@@ -130,10 +131,8 @@ DrawingPanel::DrawingPanel(QWidget* parent) : QWidget(parent) {
             &DrawingSettings::extremes);
   color->addRow(ways);
   auto* range = new QHBoxLayout;
-  low_ = new NumberField(tr("Lowest value of the colours"), tr("the field's unit"), {-1e30, 1e30},
-                         this);
-  high_ = new NumberField(tr("Highest value of the colours"), tr("the field's unit"), {-1e30, 1e30},
-                          this);
+  low_ = new NumberField(tr("Lowest value of the colours"), {}, {-1e30, 1e30}, this);
+  high_ = new NumberField(tr("Highest value of the colours"), {}, {-1e30, 1e30}, this);
   low_->setObjectName(QStringLiteral("range_low"));
   high_->setObjectName(QStringLiteral("range_high"));
   range->addWidget(low_);
@@ -227,7 +226,18 @@ DrawingPanel::DrawingPanel(QWidget* parent) : QWidget(parent) {
          "this, degrees"),
       1, 90, 1.0, &DrawingSettings::face_angle);
   column->addStretch(1);
+  show_units();
   show_all();
+}
+
+void DrawingPanel::show_units() {
+  for (int i = 1; i < field_->count(); ++i) {
+    const ColorField& field = color_fields()[static_cast<std::size_t>(i)];
+    const std::string unit = display_unit(field->unit).text;
+    field_->setItemText(
+        i, QString::fromStdString(field.title() + (unit.empty() ? "" : " [" + unit + "]")));
+  }
+  for (NumberField* end : {low_, high_}) end->set_unit(end->unit());
 }
 
 void DrawingPanel::show_all() {

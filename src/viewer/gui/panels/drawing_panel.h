@@ -30,6 +30,8 @@ class DrawingPanel : public QWidget {
   void show_range(double low, double high);
   /// Colours the body by another field, with a range that follows the data.
   void color_by(ColorField field);
+  /// Shows the range and the fields in the present units.
+  void show_units();
   /// Turns the light by these angles, degrees to the right and up.
   void turn_light(double azimuth, double elevation);
   void save(QSettings& settings) const;

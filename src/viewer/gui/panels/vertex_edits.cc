@@ -6,15 +6,19 @@
 #include <map>
 #include <utility>
 
+#include "viewer/display_units.h"
+
 namespace tetraction::viewer {
 namespace {
 
 // The vector with a dash for each component that was not typed.
 std::string text(const EnteredVector& x, const char* unit) {
-  const auto component = [&x](std::size_t i) {
-    return x.typed[i] ? fmt::format("{:.4g}", x.value[static_cast<Index>(i)]) : std::string("–");
+  const DisplayUnit shown = display_unit(unit);
+  const auto component = [&](std::size_t i) {
+    const double value = shown.from_si(x.value[static_cast<Index>(i)]);
+    return x.typed[i] ? fmt::format("{:.4g}", value) : std::string("–");
   };
-  return fmt::format("({}, {}, {}) {}", component(0), component(1), component(2), unit);
+  return fmt::format("({}, {}, {}) {}", component(0), component(1), component(2), shown.text);
 }
 
 }  // namespace

@@ -18,19 +18,35 @@ Vector3 mean(const Vector& field, const std::vector<Index>& vertices) {
   return sum / static_cast<double>(vertices.size());
 }
 
-QString triple_text(const Vector3& x, const QString& unit) {
-  const auto n = [](double value) { return QString::number(value, 'g', 4); };
-  return QStringLiteral("(%1, %2, %3) %4").arg(n(x.x()), n(x.y()), n(x.z()), unit);
+QString triple_text(const Vector3& x, const char* unit) {
+  const DisplayUnit shown = display_unit(unit);
+  const auto n = [&](double value) { return QString::number(shown.from_si(value), 'g', 4); };
+  return QStringLiteral("(%1, %2, %3) %4")
+      .arg(n(x.x()), n(x.y()), n(x.z()), QString::fromStdString(shown.text));
 }
 
 }  // namespace
 
+QLabel* VertexPanel::add_title(const QString& title, const char* unit) {
+  auto* label = new QLabel(this);
+  titles_.push_back({label, title, unit});
+  return label;
+}
+
+void VertexPanel::show_units() {
+  for (const Title& title : titles_) {
+    title.label->setText(QStringLiteral("%1 [%2]").arg(
+        title.text, QString::fromStdString(display_unit(title.unit).text)));
+  }
+  for (NumberField* field : findChildren<NumberField*>()) field->set_unit(field->unit());
+}
+
 VectorFields* VertexPanel::add_vector(QFormLayout* form, const QString& label, const QString& what,
-                                      const QString& unit) {
-  auto* fields = new VectorFields(what, unit, {-1e12, 1e12}, this);
+                                      const char* unit) {
+  auto* fields = new VectorFields(what, QString::fromUtf8(unit), {-1e12, 1e12}, this);
   editable_.push_back(fields);
   connect(fields, &VectorFields::refused, this, &VertexPanel::refused);
-  form->addRow(new QLabel(label, this));
+  form->addRow(add_title(label, unit));
   form->addRow(fields);
   return fields;
 }
@@ -54,30 +70,34 @@ VertexPanel::VertexPanel(QWidget* parent) : QWidget(parent) {
   unfix_ = new QPushButton(tr("Unfix"), this);
   unfix_->setObjectName(QStringLiteral("unfix"));
   unfix_->setToolTip(tr("Lets the selected vertices go (U)"));
+  name_ = new QPushButton(tr("Name…"), this);
+  name_->setObjectName(QStringLiteral("name_selection"));
+  name_->setToolTip(tr("Makes a named selection of them, for loads and constraints (N)"));
   buttons->addWidget(fix_);
   buttons->addWidget(unfix_);
+  buttons->addWidget(name_);
   chosen->addRow(buttons);
 
   auto* state = add_group(column, tr("State"));
-  position_ = add_vector(state, tr("Position [m]"), tr("Position"),
-                         tr(key_info(&FixSettings::target).unit));
+  position_ =
+      add_vector(state, tr("Position"), tr("Position"), key_info(&FixSettings::target).unit);
   position_->field(0)->setObjectName(QStringLiteral("position_x"));
   place_ = new QPushButton(tr("Fix at these coordinates"), this);
   place_->setObjectName(QStringLiteral("place"));
   place_->setToolTip(
       tr("Holds the selection at these coordinates; several vertices keep their shape"));
   state->addRow(place_);
-  momentum_ = add_vector(state, tr("Momentum of each [kg m/s]"), tr("Momentum"),
-                         tr(key_info(&MomentumSettings::value).unit));
+  momentum_ = add_vector(state, tr("Momentum of each"), tr("Momentum"),
+                         key_info(&MomentumSettings::value).unit);
   momentum_->field(0)->setObjectName(QStringLiteral("momentum_x"));
-  force_ = add_vector(state, tr("Your force on each, beside other loads [N]"), tr("Force"),
-                      tr(key_info(&ForceSettings::vector).unit));
+  force_ = add_vector(state, tr("Your force on each, beside other loads"), tr("Force"),
+                      key_info(&ForceSettings::vector).unit);
   force_->field(0)->setObjectName(QStringLiteral("force_x"));
   speed_ = new QLabel(this);
-  speed_->setToolTip(tr("Mean velocity of the selected vertices, m/s"));
+  speed_->setToolTip(tr("Mean velocity of the selected vertices"));
   reaction_ = new QLabel(this);
   reaction_->setObjectName(QStringLiteral("reaction"));
-  reaction_->setToolTip(tr("Sum of what holds the selected vertices did in the last step, N"));
+  reaction_->setToolTip(tr("Sum of what holds the selected vertices did in the last step"));
   state->addRow(new QLabel(tr("Velocity"), this));
   state->addRow(speed_);
   state->addRow(new QLabel(tr("Reaction, all together"), this));
@@ -88,18 +108,19 @@ VertexPanel::VertexPanel(QWidget* parent) : QWidget(parent) {
   }
   auto* arrows = add_group(column, tr("Arrows pulled with the mouse"));
   force_scale_ =
-      new NumberField(tr("Force of an arrow of 1 m"), tr("N/m"), {0.0, 1e15, false}, this);
+      new NumberField(tr("Force per length of an arrow"), tr("N/m"), {0.0, 1e15, false}, this);
   momentum_scale_ =
-      new NumberField(tr("Momentum of an arrow of 1 m"), tr("kg/s"), {0.0, 1e15, false}, this);
-  arrows->addRow(tr("Force [N/m]"), force_scale_);
-  arrows->addRow(tr("Momentum [kg/s]"), momentum_scale_);
+      new NumberField(tr("Momentum per length of an arrow"), tr("kg/s"), {0.0, 1e15, false}, this);
+  arrows->addRow(add_title(tr("Force"), "N/m"), force_scale_);
+  arrows->addRow(add_title(tr("Momentum"), "kg/s"), momentum_scale_);
   connect(force_scale_, &NumberField::refused, this, &VertexPanel::refused);
   connect(momentum_scale_, &NumberField::refused, this, &VertexPanel::refused);
   column->addStretch(1);
-  editable_.insert(editable_.end(), {fix_, unfix_, place_});
+  editable_.insert(editable_.end(), {fix_, unfix_, name_, place_});
 
   connect(fix_, &QPushButton::clicked, this, &VertexPanel::fix_wanted);
   connect(unfix_, &QPushButton::clicked, this, &VertexPanel::unfix_wanted);
+  connect(name_, &QPushButton::clicked, this, &VertexPanel::name_wanted);
   connect(place_, &QPushButton::clicked, this,
           [this] { emit move_wanted(position_->value(), true); });
   connect(position_, &VectorFields::entered, this,
@@ -107,6 +128,7 @@ VertexPanel::VertexPanel(QWidget* parent) : QWidget(parent) {
   connect(momentum_, &VectorFields::entered, this, &VertexPanel::momentum_wanted);
   connect(force_, &VectorFields::entered, this, &VertexPanel::force_wanted);
   set_selection({}, {});
+  show_units();
 }
 
 double VertexPanel::force_per_length() const {
@@ -157,9 +179,9 @@ void VertexPanel::show_state(const Snapshot& snapshot) {
   // A replay does not know which of the loads came from the user.
   const bool known = snapshot.user_force.size() > 0;
   force_->set_value(mean(known ? snapshot.user_force : snapshot.external_force, selection_));
-  speed_->setText(triple_text(mean(snapshot.velocity, selection_), tr("m/s")));
+  speed_->setText(triple_text(mean(snapshot.velocity, selection_), "m/s"));
   reaction_->setText(triple_text(
-      mean(snapshot.reaction_force, selection_) * static_cast<double>(selection_.size()), tr("N")));
+      mean(snapshot.reaction_force, selection_) * static_cast<double>(selection_.size()), "N"));
   std::size_t held = 0;
   for (const Index v : selection_) held += snapshot.fixed[static_cast<std::size_t>(v)];
   held_->setText(held == 0                   ? tr("no")

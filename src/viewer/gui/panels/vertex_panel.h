@@ -32,10 +32,13 @@ class VertexPanel : public QWidget {
   double momentum_per_length() const;
   /// Sets both such that an arrow of a fifth of the body's size has a visible but moderate effect.
   void suggest_arrows(const TetMesh& mesh, const LameParameters& lame, double density);
+  /// Shows the numbers in the present units.
+  void show_units();
 
  signals:
   void fix_wanted();
   void unfix_wanted();
+  void name_wanted();
   /// The mean position shall become `target`, m. If `fix`, the vertices are fixed there.
   void move_wanted(const tetraction::viewer::EnteredVector& target, bool fix);
   void momentum_wanted(const tetraction::viewer::EnteredVector& value);
@@ -43,17 +46,24 @@ class VertexPanel : public QWidget {
   void refused(const QString& message);
 
  private:
+  QLabel* add_title(const QString& title, const char* unit);
   VectorFields* add_vector(QFormLayout* form, const QString& label, const QString& what,
-                           const QString& unit);
+                           const char* unit);
   void enable_fields();
 
   std::vector<Index> selection_;
   bool may_edit_ = true;
   QLabel *which_, *held_, *reaction_, *speed_;
-  QPushButton *fix_, *unfix_, *place_;
+  QPushButton *fix_, *unfix_, *name_, *place_;
   VectorFields *position_, *momentum_, *force_;
   NumberField *force_scale_, *momentum_scale_;
   std::vector<QWidget*> editable_;
+  struct Title {
+    QLabel* label;
+    QString text;
+    const char* unit;
+  };
+  std::vector<Title> titles_;  // that have a unit
 };
 
 }  // namespace tetraction::viewer

@@ -219,7 +219,7 @@ void Replay::read_probes(const std::string& path) {
     for (const auto& [name, place] : table.place) names[place] = name;
     for (const std::string& name : names) {
       if (name == "step" || name == "time") continue;
-      probes_.push_back({name, name, probes_.size(), {name}});
+      probes_.push_back({name, name, "", probes_.size(), {name}});
     }
   }
   std::vector<std::size_t> columns;

@@ -1,5 +1,6 @@
 #include "field_form.h"
 
+#include <QApplication>
 #include <QLabel>
 #include <QPushButton>
 #include <QVBoxLayout>
@@ -14,7 +15,7 @@ namespace {
 void add_shape(const std::vector<Field>& fields, std::string& shape) {
   for (const Field& field : fields) {
     for (const std::string& key : field.path) shape += key + ".";
-    shape += std::to_string(static_cast<int>(field.kind)) + field.unit;
+    shape += std::to_string(static_cast<int>(field.kind)) + display_unit(field.unit).text;
     for (const std::string& name : field.names) shape += "|" + name;
     shape += field.kind == FieldKind::kTable && field.value.is_null() ? "-(" : "(";
     add_shape(field.fields, shape);
@@ -23,9 +24,9 @@ void add_shape(const std::vector<Field>& fields, std::string& shape) {
 }
 
 QString title_with_unit(const Field& field) {
-  return field.unit.empty()
-             ? from_utf8(field.title)
-             : QStringLiteral("%1 [%2]").arg(from_utf8(field.title), from_utf8(field.unit));
+  const QString unit = from_utf8(display_unit(field.unit).text);
+  return unit.isEmpty() ? from_utf8(field.title)
+                        : QStringLiteral("%1 [%2]").arg(from_utf8(field.title), unit);
 }
 
 }  // namespace
@@ -51,8 +52,10 @@ void FieldForm::show_fields(const std::vector<Field>& fields) {
   }
   shape += choices_.selected.is_null() ? "" : "+";
   if (shape != std::exchange(shape_, shape)) {
-    const QWidget* focus = focusWidget();
-    const QString focused = focus != nullptr ? focus->objectName() : QString();
+    // Not focusWidget(), which is the last field that had the keyboard.
+    const QWidget* focus = QApplication::focusWidget();
+    const bool is_here = focus != nullptr && isAncestorOf(focus);
+    const QString focused = is_here ? focus->objectName() : QString();
     rows_.clear();
     delete std::exchange(page_, new QWidget(this));
     layout()->addWidget(page_);
@@ -99,8 +102,8 @@ void FieldForm::add_field(const Field& field, QVBoxLayout* column) {
     row.widget = make_widget(field, row);
     const bool is_wide = field.kind == FieldKind::kVector || field.kind == FieldKind::kSelection ||
                          field.kind == FieldKind::kJson || field.kind == FieldKind::kFile;
-    auto* label = new QLabel(field.kind == FieldKind::kVector ? title_with_unit(field)
-                                                              : from_utf8(field.title));
+    const bool shows_unit = field.kind == FieldKind::kVector || field.kind == FieldKind::kJson;
+    auto* label = new QLabel(shows_unit ? title_with_unit(field) : from_utf8(field.title));
     label->setToolTip(tip_of(field));
     if (is_wide) {
       auto* block = new QVBoxLayout;

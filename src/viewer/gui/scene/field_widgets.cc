@@ -173,13 +173,13 @@ QWidget* FieldForm::make_text(const Field& field, Row& row) {
   connect(line, &QLineEdit::editingFinished, this, [this, line, own] {
     if (!line->isModified()) return;
     line->setModified(false);
-    change(own.path, json_from(line->text(), own));
+    change(own.path, display_unit(own.unit).to_si(json_from(line->text(), own)));
     // A text that was refused stays.
     const auto refused = rows_.find(own.path);
     if (refused != rows_.end() && refused->second.is_refused()) line->setModified(true);
   });
   row.show = [line](const Field& shown) {
-    const QString now = json_text(shown.shown());
+    const QString now = json_text(display_unit(shown.unit).from_si(shown.shown()));
     if (!line->isModified() && line->text() != now) line->setText(now);
   };
   if (field.kind != FieldKind::kFile) return line;

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "form_texts.h"
+#include "viewer/display_units.h"
 #include "viewer/scene/entry_facts.h"
 
 namespace tetraction::viewer {
@@ -69,21 +70,36 @@ ScenePanels::ScenePanels(QWidget* parent)
     show_entry();
     emit chosen();
   });
-  connect(tree_, &SceneTree::add_wanted, this, &ScenePanels::add);
+  connect(tree_, &SceneTree::add_wanted, this,
+          [this](const QString& section) { add(section, selected_); });
   const auto with_chosen = [this](const auto& work) {
     const std::optional<EntryPlace> place = tree_->chosen();
     if (!editor_ || !place) return;
     emit about_to_change();
     tell(work(*place));
   };
-  connect(tree_, &SceneTree::delete_wanted, this, [this, with_chosen] {
-    with_chosen([this](const EntryPlace& place) { return editor_->remove(place); });
+  // An event of the scene cannot change an entry that is not there.
+  const auto take_away = [this, with_chosen](const QString& how, const auto& work) {
+    with_chosen([&](const EntryPlace& place) {
+      const std::string events = editor_->events_that_change(place);
+      std::string refusal = work(place);
+      if (refusal.empty() && !events.empty()) {
+        emit refused(
+            tr("%1 is %2, and what %3 would change of it is not made. Undo brings it back.")
+                .arg(from_utf8(title_of_entry(place)), how, from_utf8(events)));
+      }
+      return refusal;
+    });
+  };
+  connect(tree_, &SceneTree::delete_wanted, this, [this, take_away] {
+    take_away(tr("deleted"), [this](const EntryPlace& place) { return editor_->remove(place); });
   });
   connect(tree_, &SceneTree::duplicate_wanted, this, [this, with_chosen] {
     with_chosen([this](const EntryPlace& place) { return editor_->duplicate(place); });
   });
-  connect(tree_, &SceneTree::off_wanted, this, [this, with_chosen] {
-    with_chosen([this](const EntryPlace& place) { return editor_->switch_off(place); });
+  connect(tree_, &SceneTree::off_wanted, this, [this, take_away] {
+    take_away(tr("switched off"),
+              [this](const EntryPlace& place) { return editor_->switch_off(place); });
   });
   connect(tree_, &SceneTree::rename_wanted, this, [this, with_chosen](const QString& name) {
     with_chosen([&](const EntryPlace& place) {
@@ -125,9 +141,14 @@ void ScenePanels::tell(const std::string& refusal) {
   if (editor_) tree_->show_scene(*editor_);
 }
 
-Json ScenePanels::usual_selection() const {
-  const Json selected = choices().selected;
-  return selected.is_null() ? Json{{"all", true}} : selected;
+// The vertices; null if there are none.
+Json ScenePanels::as_selection(const std::vector<Index>& vertices) const {
+  const TetMesh& mesh = simulation_->mesh();
+  Json ids = Json::array();
+  for (const Index v : vertices) {
+    if (v < mesh.vertex_count()) ids.push_back(mesh.vertex_id(v));  // the mesh may be another one
+  }
+  return ids.empty() ? Json() : Json{{"vertices", ids}};
 }
 
 FieldForm::Choices ScenePanels::choices() const {
@@ -137,24 +158,29 @@ FieldForm::Choices ScenePanels::choices() const {
     choices.names.push_back(name_of_entry(editor_->scene(), {kSelections, i}));
   }
   for (const auto& group : mesh.groups) choices.groups.push_back(group.name);
-  if (!selected_.empty()) {
-    Json ids = Json::array();
-    for (const Index v : selected_) {
-      if (v < mesh.vertex_count()) ids.push_back(mesh.vertex_id(v));  // the mesh may be another one
-    }
-    choices.selected = Json{{"vertices", ids}};
-  }
+  choices.selected = as_selection(selected_);
   return choices;
 }
 
-void ScenePanels::add(const QString& section) {
+void ScenePanels::add(const QString& section, const std::vector<Index>& selected,
+                      const QString& name) {
   if (!editor_) return;
   emit about_to_change();
   SceneChange add = addition_to(section.toStdString());
-  add.select = usual_selection();
+  const Json vertices = as_selection(selected);
+  add.select = editor_->usual_selection(add.place.section, vertices);
+  if (!name.isEmpty()) add.path = {name.toStdString()};
   const std::string refusal = editor_->change(add);
   tell(refusal);
-  if (refusal.empty()) addition_ = {add.place.section, names_of(add.place.section)};
+  if (!refusal.empty()) return;
+  addition_ = {add.place.section, names_of(add.place.section)};
+  if (!vertices.is_null() && add.select != vertices) {
+    emit refused(
+        tr("The selected vertices are not all those of any triangle of the surface or tetrahedron, "
+           "so the new "
+           "entry acts on %1. Its selection can be changed in the inspector.")
+            .arg(add.select.contains("all") ? tr("the whole body") : tr("the whole surface")));
+  }
 }
 
 std::vector<std::string> ScenePanels::names_of(const std::string& section) const {
@@ -180,7 +206,7 @@ QString ScenePanels::change(const FieldForm::Path& path, const Json& value,
                             const InputStage& stage) {
   if (!editor_ || !shown_) return {};
   SceneChange change{SceneChange::Kind::kSet, *shown_, path, value};
-  change.select = usual_selection();
+  change.select = editor_->usual_selection(shown_->section, as_selection(selected_));
   // The run is set up again at the end of a drag only.
   if (stage.goes_on && editor_->sets_up_again(change).value_or(false)) return {};
   emit about_to_change();
@@ -239,7 +265,7 @@ void ScenePanels::show_limit(double stable_step) {
   const bool known = stable_step > 0.0 && std::isfinite(stable_step);
   const bool exceeded = known && time.step > stable_step;
   const bool matters = !is_implicit(time.integrator);
-  QString limit = known ? tr("%1 s").arg(QString::number(stable_step, 'g', 4)) : tr("none");
+  QString limit = known ? from_utf8(with_unit(stable_step, "s")) : tr("none");
   if (exceeded) limit += matters ? tr(", exceeded") : tr(", not needed");
   limit_->setText(limit);
   limit_->setStyleSheet(exceeded && matters ? QStringLiteral("color: #b00000; font-weight: bold;")

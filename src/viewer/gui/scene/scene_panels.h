@@ -31,6 +31,10 @@ class ScenePanels : public QObject {
   /// Shows the present settings. Must be called regularly.
   void update(const Snapshot& snapshot, const std::vector<Index>& selected);
   void choose(const EntryPlace& place);
+  /// Adds an entry to a list, which acts on these vertices. `name` is that of a named selection.
+  void add(const QString& section, const std::vector<Index>& selected, const QString& name = {});
+  /// Shows the numbers in the present units.
+  void show_units() { show_entry(); }
 
  signals:
   /// A change follows.
@@ -39,7 +43,7 @@ class ScenePanels : public QObject {
   void chosen();
   /// The user has finished a number.
   void finished();
-  /// A change is not possible, and no field can show the reason.
+  /// A change is not possible, and no field can show the reason; or the user has to know what it does besides.
   void refused(const QString& message);
 
  private:
@@ -47,9 +51,8 @@ class ScenePanels : public QObject {
   void show_limit(double stable_step);
   QString change(const FieldForm::Path& path, const Json& value, const InputStage& stage = {});
   void tell(const std::string& refusal);
-  void add(const QString& section);
   FieldForm::Choices choices() const;
-  Json usual_selection() const;
+  Json as_selection(const std::vector<Index>& vertices) const;
 
   Simulation* simulation_ = nullptr;
   std::unique_ptr<SceneEditor> editor_;

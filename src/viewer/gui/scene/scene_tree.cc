@@ -61,7 +61,7 @@ SceneTree::SceneTree(QWidget* parent) : QTreeWidget(parent) {
   setObjectName(QStringLiteral("scene_tree"));
   setColumnCount(2);
   setHeaderHidden(true);
-  setIndentation(16);
+  setIndentation(14);
   setEditTriggers(NoEditTriggers);
   setExpandsOnDoubleClick(false);
   setUniformRowHeights(true);
@@ -71,7 +71,7 @@ SceneTree::SceneTree(QWidget* parent) : QTreeWidget(parent) {
   header()->setMinimumSectionSize(24);
   header()->resizeSection(1, 28);
   setTextElideMode(Qt::ElideRight);
-  setMinimumWidth(144);
+  setMinimumWidth(164);
   connect(this, &QTreeWidget::currentItemChanged, this, [this] {
     if (filling_) return;
     to_choose_.reset();
@@ -213,6 +213,8 @@ void SceneTree::keyPressEvent(QKeyEvent* event) {
     emit delete_wanted();
   } else if (is_entry && event->key() == Qt::Key_F2 && may_rename(*item)) {
     editItem(item, 0);
+  } else if (is_entry && event->key() == Qt::Key_D && event->modifiers() == Qt::ControlModifier) {
+    emit duplicate_wanted();
   } else {
     QTreeWidget::keyPressEvent(event);
   }
@@ -230,10 +232,13 @@ void SceneTree::contextMenuEvent(QContextMenuEvent* event) {
   } else if (!chosen()) {
     menu.addAction(tr("Add"), this, [this, item] { use_second_column(item); });
   } else {
-    if (may_rename(*item)) menu.addAction(tr("Rename"), this, [this, item] { editItem(item, 0); });
-    menu.addAction(tr("Duplicate"), this, &SceneTree::duplicate_wanted);
+    if (may_rename(*item)) {
+      menu.addAction(
+          tr("Rename"), this, [this, item] { editItem(item, 0); }, Qt::Key_F2);
+    }
+    menu.addAction(tr("Duplicate"), this, &SceneTree::duplicate_wanted, tr("Ctrl+D"));
     menu.addAction(tr("Switch off"), this, &SceneTree::off_wanted);
-    menu.addAction(tr("Delete"), this, &SceneTree::delete_wanted);
+    menu.addAction(tr("Delete"), this, &SceneTree::delete_wanted, Qt::Key_Delete);
   }
   menu_is_open_ = true;
   menu.exec(event->globalPos());

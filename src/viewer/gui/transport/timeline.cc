@@ -9,6 +9,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "viewer/display_units.h"
+
 namespace tetraction::viewer {
 namespace {
 
@@ -124,12 +126,11 @@ bool Timeline::event(QEvent* event) {
     return std::abs(place_of(mark.time) - help->pos().x()) <= kFlag;
   };
   const auto mark = std::find_if(marks_.begin(), marks_.end(), near);
-  QToolTip::showText(
-      help->globalPos(),
-      mark == marks_.end()
-          ? toolTip()
-          : tr("%1 at %2 s").arg(QString::fromStdString(mark->what)).arg(mark->time, 0, 'g', 4),
-      this);
+  QToolTip::showText(help->globalPos(),
+                     mark == marks_.end()
+                         ? toolTip()
+                         : QString::fromStdString(mark->what + " at " + with_unit(mark->time, "s")),
+                     this);
   return true;
 }
 

@@ -12,14 +12,20 @@
 #include <algorithm>
 #include <cmath>
 
+#include "viewer/display_units.h"
+
 namespace tetraction::viewer {
 namespace {
 
 constexpr int kGap = 8;
-constexpr int kTimeSize = 22;             // of the figures, pixels
+constexpr int kTimeSize = 20;             // of the figures, pixels
 constexpr int kTick_ms = 20;              // of a replay
 constexpr double kUsualDuration_s = 5.0;  // of a replay at the speed that is chosen for it
 constexpr double kSpeedOfModes = 0.5;     // periods in a second
+
+QString seconds(double time, int digits) {
+  return QString::fromStdString(with_unit(time, "s", digits));
+}
 
 }  // namespace
 
@@ -160,12 +166,16 @@ void TransportBar::follow_axis(int left, int right, double first, double last) {
 
 void TransportBar::show(double time, const QString& details) {
   shown_ = time;
-  // As many digits as tell two steps apart, at least four.
+  // As many digits as tell two steps apart, at least those of 0.1 ms.
+  const DisplayUnit unit = display_unit(kind_ == RunKind::kMotion ? "s" : "");
   const double spacing =
       stops_.size() > 1 ? (stops_.back() - stops_.front()) / static_cast<double>(stops_.size()) : 1;
   const int digits = spacing > 0.0 ? static_cast<int>(std::ceil(1.0 - std::log10(spacing))) : 4;
-  const QString number = QString::number(time, 'f', std::clamp(digits, 4, 6));
-  time_->setText(kind_ == RunKind::kMotion ? tr("%1 s").arg(number) : number);
+  const QString number =
+      QString::number(unit.from_si(time), 'f', std::max(0, std::clamp(digits, 4, 6) + unit.power));
+  time_->setText((number + QLatin1Char(' ') + QString::fromStdString(unit.text)).trimmed());
+  // It grows with the number, so that the buttons beside it rarely move.
+  time_->setMinimumWidth(std::max(time_->minimumWidth(), time_->sizeHint().width()));
   details_->setText(details);
   timeline_->show_time(time);
 }
@@ -175,12 +185,12 @@ void TransportBar::show_simulation(const Snapshot& snapshot, const std::vector<d
   if (stops_.empty() || stops_.back() < snapshot.newest) stops_.push_back(snapshot.newest);
   timeline_->set_stops(kept);
   QString details = tr("step %1").arg(static_cast<qlonglong>(snapshot.step));
-  if (snapshot.adapted_step > 0.0) details += tr(" of %1 s").arg(snapshot.adapted_step, 0, 'g', 3);
+  if (snapshot.adapted_step > 0.0) details += tr(" of %1").arg(seconds(snapshot.adapted_step, 3));
   details += QLatin1Char('\n');
   if (snapshot.running) {
     details += QStringLiteral("× %1").arg(snapshot.real_time_factor, 0, 'g', 3);
   } else {
-    details += snapshot.earlier ? tr("of %1 s").arg(snapshot.newest, 0, 'g', 4) : tr("paused");
+    details += snapshot.earlier ? tr("of %1").arg(seconds(snapshot.newest, 4)) : tr("paused");
   }
   show(snapshot.time, details);
 }

@@ -25,12 +25,10 @@ constexpr int kSliderSteps = 1000;
 constexpr double kPixelsPerDecade = 60.0;
 constexpr int kEditInterval_ms = 40;  // between two values of a moving slider
 
-QString text_of(const NumberRange& range) {
+QString text_of(NumberRange range, const DisplayUnit& unit) {
+  range.least = unit.from_si(range.least);
+  range.most = unit.from_si(range.most);
   return QString::fromStdString(range.text());
-}
-
-QString number(double value) {
-  return QString::number(value, 'g', 6);
 }
 
 // Whether the text is a decimal number that is too large or too near to zero for the computer.
@@ -47,28 +45,44 @@ bool exceeds_numbers(const QString& text) {
 QString key_tip(const KeyInfo& key) {
   QString help = QString::fromUtf8(key.help);
   help.remove(QLatin1Char('`')).remove(QLatin1String("**"));
-  const QString unit = QString::fromUtf8(key.unit);
+  const DisplayUnit shown = display_unit(key.unit);
+  const QString unit = QString::fromStdString(shown.text);
   return NumberField::tr("%1%2; allowed: %3")
       .arg(help, unit.isEmpty() ? QString() : NumberField::tr("; in %1").arg(unit),
-           QString::fromStdString(key.range.text()));
+           text_of(key.range, shown));
 }
 
 NumberField::NumberField(const QString& what, const QString& unit, NumberRange range,
                          QWidget* parent)
-    : QLineEdit(parent), what_(what), unit_(unit), range_(range) {
+    : QLineEdit(parent), what_(what), range_(range) {
   setAlignment(Qt::AlignRight);
   setAccessibleName(what);
-  setToolTip(unit.isEmpty() ? tr("%1; allowed: %2").arg(what, text_of(range))
-                            : tr("%1 in %2; allowed: %3").arg(what, unit, text_of(range)));
+  set_unit(unit);
   connect(this, &QLineEdit::textEdited, this, [this] {
     refused_ = false;
     mark(false);
   });
 }
 
-NumberField::NumberField(const KeyInfo& key, QWidget* parent)
-    : NumberField(QString::fromUtf8(key.title), QString::fromUtf8(key.unit), key.range, parent) {
-  setToolTip(key_tip(key));
+void NumberField::set_unit(const QString& unit) {
+  unit_ = unit;
+  shown_ = display_unit(unit.toStdString());
+  setToolTip(unit.isEmpty() ? tr("%1; allowed: %2").arg(what_, range_text())
+                            : tr("%1 in %2; allowed: %3").arg(what_, unit_text(), range_text()));
+  set_margin();
+  if (!empty_) restore();
+}
+
+QString NumberField::unit_text() const {
+  return QString::fromStdString(shown_.text);
+}
+
+QString NumberField::range_text() const {
+  return text_of(range_, shown_);
+}
+
+QString NumberField::number() const {
+  return QString::number(shown_.from_si(value_), 'g', 6);
 }
 
 QSize NumberField::sizeHint() const {
@@ -109,7 +123,7 @@ void NumberField::show_refused() {
 
 void NumberField::restore() {
   refused_ = false;
-  setText(instead_ ? *instead_ : number(value_));
+  setText(instead_ ? *instead_ : number());
   setModified(false);
   mark(false);
 }
@@ -126,7 +140,7 @@ void NumberField::commit() {
   bool is_number = false;
   if (instead_ && text().trimmed() == *instead_) return restore();
   const QString typed = text().trimmed().replace(QLatin1Char(','), QLatin1Char('.'));
-  const double value = typed.toDouble(&is_number);
+  const double value = shown_.to_si(typed.toDouble(&is_number));
   if (exceeds_numbers(typed)) {
     using Limits = std::numeric_limits<double>;
     refuse(typed.contains(QLatin1String("e-"), Qt::CaseInsensitive)
@@ -140,7 +154,7 @@ void NumberField::commit() {
   }
   if (!is_number || !range_.contains(value)) {
     refuse(tr("is not possible; allowed: %1%2")
-               .arg(text_of(range_), unit_.isEmpty() ? QString() : tr(", in %1").arg(unit_)));
+               .arg(range_text(), unit_.isEmpty() ? QString() : tr(", in %1").arg(unit_text())));
     return;
   }
   setModified(false);
@@ -154,9 +168,12 @@ void NumberField::commit() {
 void NumberField::set_draggable() {
   draggable_ = true;
   setCursor(Qt::SizeHorCursor);
-  if (!unit_.isEmpty()) {
-    setTextMargins(0, 0, fontMetrics().horizontalAdvance(unit_) + 4, 0);
-  }
+  set_margin();
+}
+
+void NumberField::set_margin() {
+  const bool shows_unit = draggable_ && !unit_.isEmpty();
+  setTextMargins(0, 0, shows_unit ? fontMetrics().horizontalAdvance(unit_text()) + 4 : 0, 0);
 }
 
 void NumberField::paintEvent(QPaintEvent* event) {
@@ -164,7 +181,7 @@ void NumberField::paintEvent(QPaintEvent* event) {
   if (!draggable_ || unit_.isEmpty()) return;
   QPainter painter(this);
   painter.setPen(palette().color(QPalette::Disabled, QPalette::Text));
-  painter.drawText(rect().adjusted(0, 0, -6, 0), Qt::AlignRight | Qt::AlignVCenter, unit_);
+  painter.drawText(rect().adjusted(0, 0, -6, 0), Qt::AlignRight | Qt::AlignVCenter, unit_text());
 }
 
 // The value after the mouse has moved. A number that is 0 begins at a thousandth.
@@ -172,8 +189,9 @@ double NumberField::dragged_value() const {
   const double start = drag_->value;
   const double decades = drag_->decades;
   const double value =
-      start != 0.0 ? start * std::pow(10.0, decades)
-                   : std::copysign(1e-3 * (std::pow(10.0, std::abs(decades)) - 1.0), decades);
+      start != 0.0
+          ? start * std::pow(10.0, decades)
+          : std::copysign(shown_.to_si(1e-3) * (std::pow(10.0, std::abs(decades)) - 1.0), decades);
   return whole_ ? std::round(value) : QString::number(value, 'g', 3).toDouble();
 }
 

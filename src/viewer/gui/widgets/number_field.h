@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "tetraction/core/number_range.h"
+#include "viewer/display_units.h"
 
 class QSlider;
 class QTimer;
@@ -25,7 +26,7 @@ struct InputStage {
   bool goes_on = false;             ///< others follow
 };
 
-/// A field for a number. The value changes when the user presses Return or leaves the field. If the
+/// A field for a number. Its values are in SI units, and its text is in the unit of display_unit(). The value changes when the user presses Return or leaves the field. If the
 /// text is not a number or is out of range, the field refuses it and shows the allowed range.
 class NumberField : public QLineEdit {
   Q_OBJECT
@@ -34,14 +35,14 @@ class NumberField : public QLineEdit {
   /// `what` and `unit` are used in the tooltip and the message, for instance "Young's modulus", "Pa".
   NumberField(const QString& what, const QString& unit, NumberRange range,
               QWidget* parent = nullptr);
-  /// Takes title, unit, range and help text from a scene key.
-  explicit NumberField(const KeyInfo& key, QWidget* parent = nullptr);
 
   double value() const { return value_; }
   /// Shows the present value, unless the user is typing another one.
   void set_value(double value);
   const QString& what() const { return what_; }
   const QString& unit() const { return unit_; }
+  /// Another unit, or the same after a change of the system of units.
+  void set_unit(const QString& unit);
   const NumberRange& range() const { return range_; }
 
   /// Shows a text in place of a number, such as "auto" or nothing, unless the user is typing.
@@ -86,8 +87,13 @@ class NumberField : public QLineEdit {
   void refuse(const QString& reason);
   void restore();
   void mark(bool wrong);
+  QString range_text() const;
+  QString number() const;
+  QString unit_text() const;
+  void set_margin();
 
   QString what_, unit_;
+  DisplayUnit shown_;
   NumberRange range_;
   double value_ = 0.0;
   bool empty_ = true;               // whether no value has been set yet

@@ -34,6 +34,7 @@ namespace tetraction::viewer {
 namespace {
 
 constexpr int kPoll_ms = 4;
+constexpr int kKeepEdits_ms = 60'000;
 constexpr qint64 kPicture_ms = 15;      // at most about 60 pictures per second
 constexpr double kWaitForStep_s = 1.0;  // for which closing waits until the step is given up
 constexpr qint64 kSlowUpdate_ms = 150;  // interval of the updates of charts, fields and menus
@@ -79,7 +80,7 @@ MainWindow::MainWindow()
   connect_transport();
   connect_view();
   restore_window();
-  set_drawing(drawing_->drawing());
+  show_units();
   update_title();
 
   since_slow_.start();
@@ -88,6 +89,9 @@ MainWindow::MainWindow()
   timer->setTimerType(Qt::PreciseTimer);
   connect(timer, &QTimer::timeout, this, &MainWindow::poll);
   timer->start(kPoll_ms);
+  auto* keeping = new QTimer(this);
+  connect(keeping, &QTimer::timeout, this, &MainWindow::keep_unsaved_edits);
+  keeping->start(kKeepEdits_ms);
 }
 
 MainWindow::~MainWindow() {
@@ -174,7 +178,7 @@ void MainWindow::restart() {
   if (replay_) transport_->go_to(replay_->times().front());
   if (!simulation_) return;
   std::shared_ptr<const Scene> recorded;
-  if (simulation_->edited_since(saved_edits_) && simulation_->peek()->step > 0) {
+  if (has_unsaved_edits() && simulation_->peek()->step > 0) {
     recorded = std::make_shared<Scene>(simulation_->recorded_scene());
   }
   const QString run = std::exchange(run_folder_, {});
@@ -298,6 +302,7 @@ void MainWindow::closeEvent(QCloseEvent* event) {
   }
   end_results();
   save_window();
+  unsaved_.forget();
   // The window goes away before anything is waited for.
   hide();
   QGuiApplication::sync();

@@ -12,6 +12,7 @@
 
 #include "message_strip.h"
 #include "opened_file.h"
+#include "unsaved_edits.h"
 #include "viewer/gui/body/drawing_settings.h"
 #include "viewer/gui/panels/vertex_edits.h"
 #include "viewer/simulation.h"
@@ -76,6 +77,10 @@ class MainWindow : public QMainWindow {
   /// Saves a scene with all edits so far as events. If this fails, there is a message, and the result is
   /// false.
   bool save_scene(const QString& path);
+  /// Writes edits that are not saved to a file that outlives a crash. A timer calls it every minute.
+  void keep_unsaved_edits();
+  /// Offers the edits that windows have left in such files when they crashed.
+  void offer_unsaved_edits();
   /// Starts to save every picture as a PNG file. The folder is made if it does not exist. It must not
   /// contain pictures of an earlier recording. If `path` ends with .webm or .mp4, ffmpeg makes a film of the
   /// pictures. An empty size is that of the view.
@@ -129,10 +134,18 @@ class MainWindow : public QMainWindow {
   void show_simulation(Opened opened);
   void show_replay(std::unique_ptr<Replay> replay, std::shared_ptr<const BodyShape> shape);
   void begin_body(const TetMesh& mesh, std::shared_ptr<const BodyShape> shape);
+  void show_restored(UnsavedScene& unsaved);
+  void forget_edits();
   void show_mesh_message();
   void show_other_mesh();
+  void show_size();
   void ask_scale();
+  bool has_unsaved_edits() const;
+  void name_selection();
+  void probe_selection();
   bool may_lose_edits();
+  void offer(const std::shared_ptr<UnsavedScene>& unsaved);
+  void restore(const std::shared_ptr<UnsavedScene>& unsaved);
   void begin_opening(const QString& path, std::future<Opened> reading);
   void reload();
 
@@ -177,6 +190,8 @@ class MainWindow : public QMainWindow {
 
   // window_looks.cc
   void make_theme_menu();
+  void make_units_menu();
+  void show_units();
   void reset_layout();
   void show_about();
   void add_documents(QMenu* help);
@@ -208,8 +223,12 @@ class MainWindow : public QMainWindow {
   bool opens_result_ = false;    // whether it is one of the table, or of a computation
   bool needs_file_ = false;      // whether the window has nothing else to show
   std::vector<Index> selection_;
-  std::size_t saved_edits_ = 0;           // Simulation::edit_count() of the saved scene
-  std::function<void()> after_new_body_;  // what to do when the simulation has been reset
+  std::size_t saved_edits_ = 0;  // Simulation::edit_count() of the saved scene
+  UnsavedEdits unsaved_;
+  std::size_t kept_edits_ = 0;               // Simulation::edit_count() of that file
+  std::shared_ptr<UnsavedScene> restoring_;  // that is being read
+  bool is_restored_ = false;                 // whether it is shown and not saved
+  std::function<void()> after_new_body_;     // what to do when the simulation has been reset
 
   // The data that were shown last.
   std::uint64_t shown_generation_ = 0;
@@ -238,6 +257,7 @@ class MainWindow : public QMainWindow {
     Opened opened;
     QString path;
     std::size_t saved_edits = 0;
+    bool is_restored = false;
   };
   std::optional<Kept> kept_;  // the simulation while its results are shown
   std::shared_ptr<const StoredModes> modes_;
@@ -257,10 +277,10 @@ class MainWindow : public QMainWindow {
   QLabel *status_body_, *status_measure_, *status_recording_, *status_rate_;
   std::vector<QStackedWidget*> live_pages_;  // panels of a simulation, and a text for a replay
 
-  QMenu *view_menu_, *recent_;
-  QAction *undo_, *redo_, *fix_, *unfix_, *run_, *step_, *restart_, *reload_, *go_back_, *back_,
-      *continue_, *compare_, *back_to_simulation_, *cancel_computation_, *scale_, *save_scene_,
-      *record_pictures_, *record_film_, *record_run_;
+  QMenu *view_menu_, *recent_, *picture_menu_;
+  QAction *undo_, *redo_, *fix_, *unfix_, *name_, *probe_, *run_, *step_, *restart_, *reload_,
+      *go_back_, *back_, *continue_, *compare_, *back_to_simulation_, *cancel_computation_, *scale_,
+      *save_scene_, *record_pictures_, *record_film_, *record_run_;
   std::vector<QAction*> compute_;
   std::vector<QAction*> live_only_;  // actions that need a simulation
 };

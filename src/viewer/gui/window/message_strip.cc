@@ -110,11 +110,13 @@ void MessageStrip::clear() {
   while (!cards_.empty()) end(QString(cards_.begin()->first));
 }
 
-// Lays the cards over the top of the widget, as high as their texts need.
+// Lays the cards over the top of the widget, beside the colour bar, as high as their texts need.
 void MessageStrip::place() {
   setVisible(!cards_.empty());
   if (cards_.empty()) return;
-  const int width = std::min(kWidest, parentWidget()->width() - 2 * kMargin);
+  constexpr int kColorBar = 120;  // the part of the picture that it has
+  const int room = parentWidget()->width() - kColorBar;
+  const int width = std::min(kWidest, room - 2 * kMargin);
   int height = (static_cast<int>(cards_.size()) - 1) * kMargin;
   for (const auto& [cause, card] : cards_) {
     QLayout* layout = card.frame->layout();
@@ -124,7 +126,7 @@ void MessageStrip::place() {
     card.frame->setFixedHeight(own + 2);  // and its border
     height += own + 2;
   }
-  setGeometry((parentWidget()->width() - width) / 2, kMargin, width, height);
+  setGeometry((room - width) / 2, kMargin, width, height);
   raise();
 }
 

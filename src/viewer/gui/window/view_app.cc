@@ -125,6 +125,7 @@ int run_viewer(const std::string& path, std::optional<double> scale, const std::
     if (path.empty()) {
       window.show_document(first_scene());
       window.simulation()->run();
+      window.offer_unsaved_edits();
     } else {
       window.open_from_start(QString::fromLocal8Bit(path.c_str()), std::move(reading));
     }

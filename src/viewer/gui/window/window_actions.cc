@@ -77,13 +77,18 @@ void MainWindow::make_file_menu() {
         if (!path.isEmpty()) open(path);
       },
       QKeySequence(tr("Ctrl+Shift+O")));
-  compare_ = file->addAction(tr("Compare &with run…"), this, [this] {
-    const QString path = QFileDialog::getExistingDirectory(
-        this, tr("Open the output directory of a run beside this one"), QFileInfo(path_).path());
-    if (!path.isEmpty()) open_result(QString::fromStdString(replay_->directory()), path);
-  });
+  compare_ = file->addAction(
+      tr("Compare &with run…"), this,
+      [this] {
+        const QString path = QFileDialog::getExistingDirectory(
+            this, tr("Open the output directory of a run beside this one"),
+            QFileInfo(path_).path());
+        if (!path.isEmpty()) open_result(QString::fromStdString(replay_->directory()), path);
+      },
+      QKeySequence(tr("Ctrl+Alt+C")));
   recent_ = file->addMenu(tr("Re&cent"));
-  scale_ = file->addAction(tr("Scale of the mes&h…"), this, &MainWindow::ask_scale);
+  scale_ = file->addAction(tr("Scale of the mes&h…"), this, &MainWindow::ask_scale,
+                           QKeySequence(tr("Ctrl+Shift+M")));
   scale_->setStatusTip(tr("Reads a mesh without a scene again, in another unit"));
   file->addSeparator();
   save_scene_ = file->addAction(
@@ -95,12 +100,14 @@ void MainWindow::make_file_menu() {
                   QKeySequence(tr("Ctrl+P")));
   record_pictures_ = file->addAction(tr("Record &pictures (PNG)…"));
   record_pictures_->setCheckable(true);
+  record_pictures_->setShortcut(QKeySequence(tr("Ctrl+Shift+P")));
   connect(record_pictures_, &QAction::toggled, this, &MainWindow::ask_record_pictures);
-  record_film_ =
-      file->addAction(tr("Record fi&lm (WebM, MP4)…"), this, &MainWindow::ask_record_film);
+  record_film_ = file->addAction(tr("Record fi&lm (WebM, MP4)…"), this,
+                                 &MainWindow::ask_record_film, QKeySequence(tr("Ctrl+Shift+L")));
   record_film_->setStatusTip(tr("Needs the program ffmpeg. The entry for pictures ends it"));
   record_run_ = file->addAction(tr("Record &run (VTU, PVD, CSV)…"));
   record_run_->setCheckable(true);
+  record_run_->setShortcut(QKeySequence(tr("Ctrl+Shift+R")));
   live_only_.push_back(record_run_);
   connect(record_run_, &QAction::toggled, this, &MainWindow::ask_record_run);
   file->addSeparator();
@@ -155,6 +162,12 @@ void MainWindow::make_edit_menu() {
         edits_->unfix(selection_);
       },
       QKeySequence(tr("U")));
+  name_ = edit->addAction(tr("&Name selection…"), this, &MainWindow::name_selection,
+                          QKeySequence(tr("N")));
+  name_->setToolTip(tr("Makes a named selection, for loads and constraints (N)"));
+  probe_ = edit->addAction(tr("&Probe selection"), this, &MainWindow::probe_selection,
+                           QKeySequence(tr("Shift+P")));
+  probe_->setToolTip(tr("Adds a probe with a chart; the run begins again (Shift+P)"));
 }
 
 void MainWindow::make_simulation_menu() {
@@ -242,12 +255,15 @@ void MainWindow::make_view_menu() {
   ghost->setObjectName(QStringLiteral("keep_ghost"));
   ghost->setToolTip(tr("Keeps the shape of this moment; Drawing → Ghost shows it (G)"));
   view_menu_->addSeparator();
+  int panel = 0;
   for (QDockWidget* dock : findChildren<QDockWidget*>()) {
     view_menu_->addAction(dock->toggleViewAction());
+    dock->toggleViewAction()->setShortcut(QKeySequence(QStringLiteral("Alt+%1").arg(++panel)));
   }
   view_menu_->addAction(tr("Reset &layout"), this, &MainWindow::reset_layout,
                         QKeySequence(tr("Ctrl+Home")));
   make_theme_menu();
+  make_units_menu();
 }
 
 void MainWindow::make_help_menu() {
@@ -255,7 +271,8 @@ void MainWindow::make_help_menu() {
   help->addAction(tr("&Keys and mouse"), this, &MainWindow::show_keys, QKeySequence(Qt::Key_F1));
   add_documents(help);
   help->addSeparator();
-  help->addAction(tr("&About Tetraction"), this, &MainWindow::show_about);
+  help->addAction(tr("&About Tetraction"), this, &MainWindow::show_about,
+                  QKeySequence(tr("Ctrl+Shift+F1")));
 }
 
 void MainWindow::make_tools() {
@@ -293,6 +310,11 @@ void MainWindow::make_tools() {
                            Tool::kForce));
   live_only_.push_back(add(Icon::kMomentum, tr("Momentum"), QStringLiteral("5"),
                            tr("Pull a momentum arrow from a vertex: a kick"), Tool::kMomentum));
+  picture_menu_ = new QMenu(this);
+  picture_menu_->setObjectName(QStringLiteral("picture_menu"));
+  picture_menu_->addActions({fix_, unfix_, name_, probe_});
+  picture_menu_->addSeparator();
+  picture_menu_->addAction(findChild<QAction*>(QStringLiteral("fit")));
   look->setChecked(true);
   view_->set_tool(Tool::kLook);
 }
@@ -310,8 +332,9 @@ void MainWindow::update_actions() {
   redo_->setEnabled(!redo.isEmpty());
   redo_->setText(redo.isEmpty() ? tr("&Redo") : tr("&Redo “%1”").arg(redo));
   scale_->setEnabled(mesh_scale_.has_value());
-  fix_->setEnabled(live && !selection_.empty());
-  unfix_->setEnabled(live && !selection_.empty());
+  for (QAction* action : {fix_, unfix_, name_, probe_}) {
+    action->setEnabled(live && !selection_.empty());
+  }
   for (QAction* action : {run_, step_, restart_, reload_}) action->setEnabled(live || replay_);
   back_->setEnabled((live || replay_) && !failed_);
   continue_->setEnabled(live && continue_->isVisible());
@@ -369,6 +392,8 @@ void MainWindow::show_keys() {
          "<tr><td><b>Ctrl+Shift and click</b></td><td>select a face up to its edges</td></tr>"
          "<tr><td><b>Shift and drag</b></td><td>rubber band, with every tool; with Alt through the "
          "body</td></tr>"
+         "<tr><td><b>Right button</b></td><td>menu of the vertex; with a drag: zoom</td></tr>"
+         "<tr><td><b>N, Shift+P</b></td><td>name the selection, probe it</td></tr>"
          "<tr><td><b>Middle button, wheel</b></td><td>move, zoom</td></tr>"
          "<tr><td><b>Ctrl and right button</b></td><td>move the light</td></tr>"
          "</table>"));

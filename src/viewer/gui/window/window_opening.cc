@@ -11,6 +11,7 @@
 
 #include "main_window.h"
 #include "opened_file.h"
+#include "viewer/display_units.h"
 #include "viewer/gui/body/body_view.h"
 #include "viewer/gui/chart/live_chart.h"
 #include "viewer/gui/panels/drawing_panel.h"
@@ -30,8 +31,11 @@ QString size_text(const TetMesh& mesh) {
     low = low.cwiseMin(x);
     high = high.cwiseMax(x);
   }
-  const auto n = [&](int axis) { return QString::number(high[axis] - low[axis], 'g', 4); };
-  return QObject::tr("%1 × %2 × %3 m").arg(n(0), n(1), n(2));
+  const DisplayUnit unit = display_unit("m");
+  const auto n = [&](int axis) {
+    return QString::number(unit.from_si(high[axis] - low[axis]), 'g', 4);
+  };
+  return QStringLiteral("%1 × %2 × %3 %4").arg(n(0), n(1), n(2), QString::fromStdString(unit.text));
 }
 
 }  // namespace
@@ -60,6 +64,7 @@ void MainWindow::open_from_start(const QString& path, std::future<Opened> readin
 void MainWindow::finish_opening() {
   const QString path = opening_path_;
   const bool needed = std::exchange(needs_file_, false);
+  const std::shared_ptr<UnsavedScene> restoring = std::exchange(restoring_, nullptr);
   statusBar()->clearMessage();
   try {
     Opened opened = opening_.get();
@@ -71,20 +76,38 @@ void MainWindow::finish_opening() {
     } else if (opened.simulation) {
       show_simulation(std::move(opened));
     }
-    if (has_body) {
-      path_ = path;
-      mesh_scale_ = mesh_scale;
+    if (restoring) {
+      show_restored(*restoring);
+    } else {
+      if (has_body) {
+        path_ = path;
+        mesh_scale_ = mesh_scale;
+      }
+      show_results(opened, path, has_body);
+      if (mesh_scale) show_mesh_message();
+      remember_file(QFileInfo(path).absoluteFilePath());
     }
-    show_results(opened, path, has_body);
-    if (mesh_scale) show_mesh_message();
-    remember_file(QFileInfo(path).absoluteFilePath());
     update_title();
+    if (needed) offer_unsaved_edits();
   } catch (const std::exception& error) {
     show_error(QString::fromUtf8(error.what()));
     if (needed) emit could_not_open(std::current_exception());
   }
   opens_result_ = false;
   update_actions();
+}
+
+// The edits at the start hold at once, and all of them are not saved.
+void MainWindow::show_restored(UnsavedScene& unsaved) {
+  path_ = unsaved.document;
+  if (!path_.isEmpty() && kind_of(path_.toLocal8Bit().toStdString()) == DocumentKind::kMesh) {
+    mesh_scale_ = simulation_->scene().mesh.scale;
+  }
+  simulation_->make_due_events();
+  is_restored_ = true;
+  kept_edits_ = 1;  // not 0, which the new simulation has: the file is written
+  keep_unsaved_edits();
+  unsaved.discard();
 }
 
 // Tells the user the size and the default material of a mesh that was opened without a scene.
@@ -121,16 +144,24 @@ void MainWindow::ask_scale() {
   open(path_, scale);
 }
 
+bool MainWindow::has_unsaved_edits() const {
+  return simulation_ && (is_restored_ || simulation_->edited_since(saved_edits_));
+}
+
 // Asks the user what to do with edits that are not saved. Returns false if the user does not want to
 // lose them and has not saved them.
 bool MainWindow::may_lose_edits() {
-  if (kept_ && kept_->opened.simulation->edited_since(kept_->saved_edits)) back_to_simulation();
-  if (!simulation_ || !simulation_->edited_since(saved_edits_)) return true;
-  QMessageBox box(QMessageBox::Question, tr("Save the edits?"),
-                  tr("Edits made by hand, the last of them “%1”, are not saved. “Save” writes the "
-                     "scene with all edits as events.")
-                      .arg(QString::fromStdString(simulation_->undo_text())),
-                  QMessageBox::Save | QMessageBox::Discard | QMessageBox::Cancel, this);
+  if (kept_ && (kept_->is_restored || kept_->opened.simulation->edited_since(kept_->saved_edits))) {
+    back_to_simulation();
+  }
+  if (!has_unsaved_edits()) return true;
+  const QString last = QString::fromStdString(simulation_->undo_text());
+  QMessageBox box(
+      QMessageBox::Question, tr("Save the edits?"),
+      tr("Edits made by hand%1 are not saved. “Save” writes the scene with all edits as "
+         "events.")
+          .arg(last.isEmpty() ? QString() : tr(", the last of them “%1”,").arg(last)),
+      QMessageBox::Save | QMessageBox::Discard | QMessageBox::Cancel, this);
   box.setDefaultButton(QMessageBox::Save);
   const int answer = box.exec();
   return answer == QMessageBox::Discard || (answer == QMessageBox::Save && ask_save_scene());
@@ -143,6 +174,7 @@ void MainWindow::reload() {
   } else if (simulation_ && may_lose_edits()) {
     edits_->release();  // ends a drag, because its vertices do not exist after the reload
     simulation_->reset();
+    unsaved_.forget();
   }
 }
 
@@ -152,6 +184,7 @@ void MainWindow::show_replay(std::unique_ptr<Replay> replay,
   edits_.reset();
   scene_->set_simulation(nullptr);
   simulation_.reset();
+  forget_edits();
   mesh_scale_.reset();
   replay_ = std::move(replay);
   begin_body(replay_->mesh(), std::move(shape));
@@ -160,6 +193,13 @@ void MainWindow::show_replay(std::unique_ptr<Replay> replay,
   chart_->set_probes(replay_->probes(), is_mode ? RunKind::kMotion : replay_->kind());
   chart_->append(replay_->history());
   show_frame(0);
+}
+
+// The edits of the document before are saved, or the user does not want them.
+void MainWindow::forget_edits() {
+  saved_edits_ = kept_edits_ = 0;
+  is_restored_ = false;
+  unsaved_.forget();
 }
 
 void MainWindow::show_document(Document document) {
@@ -174,7 +214,7 @@ void MainWindow::show_simulation(Opened opened) {
   kept_.reset();
   simulation_ = std::move(opened.simulation);
   edits_ = std::make_unique<VertexEdits>(*simulation_);
-  saved_edits_ = 0;
+  forget_edits();
   path_.clear();
   mesh_scale_.reset();
   transport_->begin_simulation();
@@ -221,11 +261,16 @@ void MainWindow::begin_body(const TetMesh& mesh, std::shared_ptr<const BodyShape
   shown_attraction_ = false;
   view_->set_attraction(false);
   view_->set_body(std::move(shape));
-  status_body_->setText(tr("%1 vertices, %2 tetrahedra, %3")
-                            .arg(static_cast<qlonglong>(mesh.vertex_count()))
-                            .arg(static_cast<qlonglong>(mesh.tetrahedron_count()))
-                            .arg(size_text(mesh)));
+  show_size();
   select({});
+}
+
+void MainWindow::show_size() {
+  if (shown_mesh_ == nullptr) return;
+  status_body_->setText(tr("%1 vertices, %2 tetrahedra, %3")
+                            .arg(static_cast<qlonglong>(shown_mesh_->vertex_count()))
+                            .arg(static_cast<qlonglong>(shown_mesh_->tetrahedron_count()))
+                            .arg(size_text(*shown_mesh_)));
 }
 
 }  // namespace tetraction::viewer

@@ -5,12 +5,14 @@
 #include <QComboBox>
 #include <QDockWidget>
 #include <QLabel>
+#include <QMenu>
 #include <QSpinBox>
 #include <QStackedWidget>
 #include <QStatusBar>
 #include <algorithm>
 
 #include "main_window.h"
+#include "viewer/display_units.h"
 #include "viewer/gui/body/body_view.h"
 #include "viewer/gui/chart/live_chart.h"
 #include "viewer/gui/panels/drawing_panel.h"
@@ -40,6 +42,15 @@ void MainWindow::make_docks() {
     text->setAlignment(Qt::AlignTop);
     pages->addWidget(panel);
     pages->addWidget(text);
+    // The text may be narrower than the panel.
+    const auto fit = [pages](int shown) {
+      for (int i = 0; i < pages->count(); ++i) {
+        const auto policy = i == shown ? QSizePolicy::Preferred : QSizePolicy::Ignored;
+        pages->widget(i)->setSizePolicy(policy, policy);
+      }
+    };
+    connect(pages, &QStackedWidget::currentChanged, pages, fit);
+    fit(0);
     live_pages_.push_back(pages);
     return pages;
   };
@@ -112,6 +123,7 @@ void MainWindow::connect_panels() {
   connect(vertex_, &VertexPanel::unfix_wanted, this, [this] {
     if (unfix_->isEnabled()) unfix_->trigger();
   });
+  connect(vertex_, &VertexPanel::name_wanted, name_, &QAction::trigger);
   connect(vertex_, &VertexPanel::move_wanted, this, [this](const EnteredVector& target, bool fix) {
     if (!edits_) return;
     if (fix) {
@@ -159,6 +171,13 @@ void MainWindow::connect_view() {
     }
     select(std::move(next));
   });
+  connect(view_, &BodyView::menu_wanted, this, [this](Index vertex, const QPoint& place) {
+    if (vertex >= 0 &&
+        std::find(selection_.begin(), selection_.end(), vertex) == selection_.end()) {
+      select({vertex});
+    }
+    picture_menu_->popup(place);
+  });
   connect(view_, &BodyView::band_selected, this, [this](std::vector<Index> vertices, bool add) {
     if (add) vertices.insert(vertices.end(), selection_.begin(), selection_.end());
     select(std::move(vertices));
@@ -167,7 +186,8 @@ void MainWindow::connect_view() {
   connect(view_, &BodyView::area_scaled, this, [this](double factor) {
     const double radius = edits_ ? edits_->scale_area(factor) : 0.0;
     if (radius > 0.0) {
-      statusBar()->showMessage(tr("The drag pulls within %1 m").arg(radius, 0, 'g', 3), 4000);
+      const QString length = QString::fromStdString(with_unit(radius, "m", 3));
+      statusBar()->showMessage(tr("The drag pulls within %1").arg(length), 4000);
     }
   });
   connect(view_, &BodyView::grabbed, this, [this](Index vertex, bool exact) {
@@ -204,9 +224,9 @@ void MainWindow::connect_view() {
   connect(view_, &BodyView::arrow_moved, this, [this](Tool tool, const Vector3& arrow) {
     const bool force = tool == Tool::kForce;
     const double scale = force ? vertex_->force_per_length() : vertex_->momentum_per_length();
+    const std::string size = with_unit(arrow.norm() * scale, force ? "N" : "kg m/s");
     statusBar()->showMessage(
-        (force ? tr("Force %1 N") : tr("Momentum %1 kg m/s")).arg(arrow.norm() * scale, 0, 'g', 4),
-        2000);
+        (force ? tr("Force %1") : tr("Momentum %1")).arg(QString::fromStdString(size)), 2000);
   });
 }
 

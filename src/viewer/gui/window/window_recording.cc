@@ -5,6 +5,7 @@
 #include <QFileInfo>
 #include <QInputDialog>
 #include <QLabel>
+#include <QLocale>
 #include <QPainter>
 #include <QProcess>
 #include <QStandardPaths>
@@ -22,6 +23,7 @@
 #include "tetraction/io/run_recorder.h"
 #include "tetraction/io/scene_writer.h"
 #include "viewer/gui/body/body_view.h"
+#include "viewer/gui/scene/scene_panels.h"
 #include "viewer/gui/transport/transport_bar.h"
 
 namespace tetraction::viewer {
@@ -117,7 +119,49 @@ bool MainWindow::save_scene(const QString& path) {
   const std::size_t edits = simulation_->edit_count();
   if (!write(simulation_->recorded_scene(), path)) return false;
   saved_edits_ = edits;
+  is_restored_ = false;
+  unsaved_.forget();
   return true;
+}
+
+void MainWindow::keep_unsaved_edits() {
+  if (!simulation_) return;
+  if (!has_unsaved_edits()) return unsaved_.forget();
+  const std::size_t edits = simulation_->edit_count();
+  if (std::exchange(kept_edits_, edits) == edits) return;
+  try {
+    unsaved_.keep(simulation_->recorded_scene(), scene_->off(),
+                  path_.isEmpty() ? path_ : QFileInfo(path_).absoluteFilePath());
+  } catch (const Error& error) {
+    statusBar()->showMessage(
+        tr("The edits are not kept for the case of a crash: %1").arg(error.what()), 8000);
+  }
+}
+
+void MainWindow::offer_unsaved_edits() {
+  for (UnsavedScene& scene : unsaved_scenes()) {
+    offer(std::make_shared<UnsavedScene>(std::move(scene)));
+  }
+}
+
+void MainWindow::offer(const std::shared_ptr<UnsavedScene>& unsaved) {
+  const QString name = QFileInfo(unsaved->document).fileName();
+  messages_->show_message(
+      MessageStrip::Kind::kWarning,
+      tr("The program ended before the edits of %1 were saved. They are kept as they were at %2.")
+          .arg(name.isEmpty() ? tr("the first scene") : name,
+               QLocale().toString(unsaved->time, QLocale::ShortFormat)),
+      unsaved->file,
+      {{tr("Restore"), [this, unsaved] { restore(unsaved); }},
+       {tr("Discard"), [unsaved] { unsaved->discard(); }}});
+}
+
+void MainWindow::restore(const std::shared_ptr<UnsavedScene>& unsaved) {
+  if (opening() || !may_lose_edits()) return offer(unsaved);
+  restoring_ = unsaved;
+  begin_opening(unsaved->file,
+                std::async(std::launch::async, open_file, unsaved->file.toLocal8Bit().toStdString(),
+                           std::optional<double>()));
 }
 
 bool MainWindow::write(const Scene& scene, const QString& path) {

@@ -42,22 +42,26 @@ std::string file_name(const QString& path) {
 
 void MainWindow::make_compute_menu() {
   QMenu* menu = menuBar()->addMenu(tr("&Compute"));
-  const auto add = [&](const QString& text, const QString& tip, ComputationKind kind) {
-    QAction* action = menu->addAction(text, this, [this, kind] { ask_computation(kind); });
+  const auto add = [&](const QString& text, const QString& tip, ComputationKind kind,
+                       const char* shortcut) {
+    QAction* action = menu->addAction(
+        text, this, [this, kind] { ask_computation(kind); }, QKeySequence(tr(shortcut)));
     action->setStatusTip(tip);
     compute_.push_back(action);
   };
   add(tr("&Equilibrium…"), tr("Of the scene with all edits, under its loads at t = 0"),
-      ComputationKind::kEquilibrium);
+      ComputationKind::kEquilibrium, "Ctrl+Alt+E");
   add(tr("Natural &modes…"), tr("Of the scene with all edits; each of them is shown as it swings"),
-      ComputationKind::kModes);
+      ComputationKind::kModes, "Ctrl+Alt+N");
   add(tr("&Study…"), tr("Compares integrators and time steps on the scene with all edits"),
-      ComputationKind::kStudy);
+      ComputationKind::kStudy, "Ctrl+Alt+S");
   menu->addSeparator();
-  cancel_computation_ = menu->addAction(tr("&Cancel"), computation_, &Computation::cancel);
+  cancel_computation_ = menu->addAction(tr("&Cancel"), computation_, &Computation::cancel,
+                                        QKeySequence(tr("Ctrl+Alt+X")));
   cancel_computation_->setObjectName(QStringLiteral("cancel_computation"));
   back_to_simulation_ =
-      menu->addAction(tr("&Back to the simulation"), this, &MainWindow::back_to_simulation);
+      menu->addAction(tr("&Back to the simulation"), this, &MainWindow::back_to_simulation,
+                      QKeySequence(tr("Ctrl+Alt+B")));
   back_to_simulation_->setStatusTip(tr("It was paused when the results were opened"));
 }
 
@@ -101,6 +105,7 @@ void MainWindow::make_results() {
   auto* text = new QLabel(sign);
   text->setObjectName(QStringLiteral("computation_text"));
   auto* cancel = new QPushButton(tr("Cancel"), sign);
+  cancel->setMaximumHeight(text->fontMetrics().height());  // the status bar stays as high as a text
   cancel->setObjectName(QStringLiteral("computation_cancel"));
   cancel->setFocusPolicy(Qt::TabFocus);
   row->addWidget(text);
@@ -270,7 +275,7 @@ void MainWindow::keep_simulation() {
   edits_->release();
   simulation_->pause();
   stop_recording();
-  kept_ = Kept{{}, path_, saved_edits_};
+  kept_ = Kept{{}, path_, saved_edits_, is_restored_};
   kept_->opened.off = scene_->off();
   kept_->opened.mesh_scale = mesh_scale_;
   edits_.reset();
@@ -289,6 +294,8 @@ void MainWindow::back_to_simulation() {
   path_ = kept.path;
   mesh_scale_ = scale;
   saved_edits_ = kept.saved_edits;
+  is_restored_ = kept.is_restored;
+  kept_edits_ = simulation_->edit_count() + 1;  // so that they are kept again
   update_title();
   update_actions();
 }
