@@ -58,7 +58,7 @@ class Results : public WindowTest {
       }
     }
     dialog.findChild<QLineEdit*>(QStringLiteral("study_steps"))
-        ->setText(QStringLiteral("1e-2,2e-2"));
+        ->setText(QStringLiteral("1e-2, 2e-2"));
     dialog.findChild<QLineEdit*>(QStringLiteral("study_end"))->setText(QStringLiteral("0.1"));
   }
   /// The same from the command line, and for modes. Returns the folder.
@@ -125,6 +125,7 @@ TEST_F(Results, AnEquilibriumIsComputedAndReplayed) {
   make_edit(SetMaterial{0, elastic(3.0e6, 0.4)}, "Stiffer");
   for (int i = 0; i < 3; ++i) press_and_settle(Qt::Key_S);
   const Snapshot before = state();
+  const double speed = window_->transport()->speed();
   compute("&Equilibrium", path("static"));
   EXPECT_FALSE(menu_action(QStringLiteral("&Equilibrium"))->isEnabled());  // one at a time
   press_and_settle(Qt::Key_S);  // the window goes on meanwhile
@@ -139,7 +140,9 @@ TEST_F(Results, AnEquilibriumIsComputedAndReplayed) {
   EXPECT_EQ(scene.material.youngs_modulus, 3.0e6);
   EXPECT_TRUE(scene.event.empty());
   // The simulation is as it was, and its edit is still not saved.
+  EXPECT_NE(window_->transport()->speed(), speed);
   menu_action(QStringLiteral("&Back to the simulation"))->trigger();
+  EXPECT_EQ(window_->transport()->speed(), speed);
   wait();
   ASSERT_NE(window_->simulation(), nullptr);
   EXPECT_EQ(window_->replay(), nullptr);
@@ -148,6 +151,20 @@ TEST_F(Results, AnEquilibriumIsComputedAndReplayed) {
   EXPECT_EQ(window_->chart()->row_count(), static_cast<std::size_t>(before.step) + 2);
   press_and_settle(Qt::Key_S);
   EXPECT_EQ(state().step, before.step + 2);
+}
+
+// The equilibrium is not that of the body that the user sees, and the window did not say so.
+TEST_F(Results, WarningsOfACommandAreTold) {
+  Document document = falling_beam();
+  EventSettings event;
+  event.at = 0.5;
+  event.edits.push_back(SetMaterial{0, elastic(3.0e6, 0.4)});
+  document.scene.event.push_back(event);
+  show(std::move(document));
+  compute("&Equilibrium", path("static"));
+  wait_for_result();
+  ASSERT_NE(window_->replay(), nullptr) << window_->messages()->text().toStdString();
+  expect_told(QStringLiteral("The equilibrium is that of the scene at t = 0: its 1 [[event]] is"));
 }
 
 // Something else is opened: edits of the simulation that was kept are asked for.
@@ -337,6 +354,23 @@ TEST_F(Results, TwoRunsAreComparedSideBySide) {
     for (int y = 0; y < picture.height(); y += 3) colors.insert(picture.pixel(x, y));
   }
   EXPECT_GT(colors.size(), 30);
+  // A picture to be saved has both, with their names, and so have those that are recorded.
+  const QImage saved = comparison->picture();
+  EXPECT_NEAR(saved.width(), first->picture().width() + picture.width(), 4);
+  EXPECT_GT(saved.height(), picture.height());
+  const int left = saved.width() - picture.width();
+  EXPECT_EQ(
+      saved.copy(QRect(QPoint(left, 0), picture.size())).convertToFormat(QImage::Format_RGB32),
+      picture.convertToFormat(QImage::Format_RGB32));
+  EXPECT_EQ(comparison->picture(QSize(1280, 720)).size(), QSize(1280, 720));
+  window_->record_pictures(path("pictures"));
+  window_->transport()->go_to(0.1);
+  wait();
+  window_->stop_recording();
+  const QImage recorded(path("pictures") + QStringLiteral("/picture_000001.png"));
+  EXPECT_EQ(recorded.size(), saved.size());
+  EXPECT_NE(recorded.copy(recorded.width() / 2, 0, recorded.width() / 2, recorded.height()),
+            saved.copy(recorded.width() / 2, 0, recorded.width() / 2, recorded.height()));
   // Another colour is that of both.
   auto* field = find<QComboBox>("color_field");
   const int speed = field->findText(QStringLiteral("Speed"), Qt::MatchStartsWith);

@@ -226,6 +226,12 @@ void MainWindow::show_results(Opened& opened, const QString& path, bool has_repl
     charts_and_results_->setCurrentWidget(results_);
   }
   if (opened.modes) results_->choose(0);
+  if (path == computation_->directory()) {
+    for (const QString& warning : computation_->warnings()) {
+      messages_->show_message(MessageStrip::Kind::kWarning,
+                              QString::fromStdString(sentence(warning.toStdString())), warning);
+    }
+  }
   if (opened.other) {
     std::vector<HistoryRow> rows = opened.other->history();
     if (opened.other->probes() != replay_->probes()) {
@@ -275,7 +281,7 @@ void MainWindow::keep_simulation() {
   edits_->release();
   simulation_->pause();
   stop_recording();
-  kept_ = Kept{{}, path_, saved_edits_, is_restored_};
+  kept_ = Kept{{}, path_, saved_edits_, transport_->speed()};
   kept_->opened.off = scene_->off();
   kept_->opened.mesh_scale = mesh_scale_;
   edits_.reset();
@@ -291,10 +297,10 @@ void MainWindow::back_to_simulation() {
   kept.opened.shape = make_body_shape(kept.opened.simulation->mesh());
   const std::optional<double> scale = kept.opened.mesh_scale;
   show_simulation(std::move(kept.opened));
+  transport_->set_speed(kept.speed);
   path_ = kept.path;
   mesh_scale_ = scale;
   saved_edits_ = kept.saved_edits;
-  is_restored_ = kept.is_restored;
   kept_edits_ = simulation_->edit_count() + 1;  // so that they are kept again
   update_title();
   update_actions();

@@ -46,6 +46,7 @@ void MainWindow::show_running(bool running) {
 // Shows the time and the kept states of the simulation, and puts the slider above the axis of the chart.
 void MainWindow::update_transport() {
   if (const auto state = view_->state(); simulation_ && state) {
+    if (!state->earlier) continue_->setVisible(false);  // makes room for what is shown again
     transport_->show_simulation(*state, simulation_->kept_times());
     transport_->timeline()->set_marks(simulation_->marks());
     chart_->set_cursor(state->earlier ? state->time : std::numeric_limits<double>::quiet_NaN());
