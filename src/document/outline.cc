@@ -54,9 +54,10 @@ std::string short_text(const Json& value) {
   return text;
 }
 
-std::string label_of(const Json& scene, const EntryPlace& place, const Json& table) {
+std::string label_of(const Json& scene, const EntryPlace& place, const Json& table,
+                     const EntryText& text_of) {
   if (const std::string name = name_of_entry(scene, place); !name.empty()) return name;
-  const std::string text = text_of_entry(table);
+  const std::string text = text_of(place.section, table);
   if (table.contains("at") || text.empty()) {
     return text.empty() ? std::to_string(place.index) : text;
   }
@@ -245,15 +246,16 @@ std::string title_of_entry(const EntryPlace& place) {
   return title + " " + std::to_string(place.index);
 }
 
-std::vector<OutlineGroup> outline(const Json& scene) {
+std::vector<OutlineGroup> outline(const Json& scene, const EntryText& text) {
   std::vector<OutlineGroup> groups;
   Json tables = scene;
   for (const std::string& section : section_names()) {
     OutlineGroup group{section, title_of_section(section), is_list(section), {}};
     for (std::size_t i = 0; i < entry_count(scene, section); ++i) {
       const EntryPlace place{section, i};
-      group.entries.push_back(
-          {place, group.is_list ? label_of(scene, place, table_of(tables, place)) : group.title});
+      group.entries.push_back({place, group.is_list
+                                          ? label_of(scene, place, table_of(tables, place), text)
+                                          : group.title});
     }
     groups.push_back(std::move(group));
   }
@@ -281,10 +283,10 @@ std::vector<Field> fields_of(const Json& scene, const EntryPlace& place) {
   return FieldMaker(scene).fields(section_of_entries(place.section), table_of(copy, place), {});
 }
 
-std::string text_of_entry(const Json& table) {
+std::string text_of_entry(const Json& table, const std::string& time_unit) {
   if (table.contains("name")) return short_text(table["name"]);
   if (table.contains("select")) return selection_text(table["select"]);
-  if (table.contains("at")) return fmt::format("at {} s", short_text(table["at"]));
+  if (table.contains("at")) return fmt::format("at {} {}", short_text(table["at"]), time_unit);
   return table.contains("kind") ? short_text(table["kind"]) : std::string();
 }
 

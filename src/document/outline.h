@@ -1,6 +1,7 @@
 // The tree of a scene and the fields of its entries, made from the tables of scene keys alone.
 #pragma once
 
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -22,8 +23,17 @@ struct OutlineGroup {
   std::vector<OutlineEntry> entries;
 };
 
-/// All sections that a scene can have, in the order of a file.
-std::vector<OutlineGroup> outline(const Json& scene);
+/// What an entry of a list is called: by its name, its selection, its time or its kind. May be empty. `time_unit` is
+/// the unit of the time in the table.
+std::string text_of_entry(const Json& table, const std::string& time_unit = "s");
+
+/// All sections that a scene can have, in the order of a file. `text` is what an entry of a section is called,
+/// such as text_of_entry() of its table.
+using EntryText = std::function<std::string(const std::string& section, const Json& table)>;
+std::vector<OutlineGroup> outline(
+    const Json& scene, const EntryText& text = [](const std::string&, const Json& table) {
+      return text_of_entry(table);
+    });
 std::string title_of_section(const std::string& section);
 /// The same of an entry, with its number in a list: "Body force 0".
 std::string title_of_entry(const EntryPlace& place);
@@ -67,9 +77,6 @@ struct Field {
 
 /// The fields that have a meaning with the present values.
 std::vector<Field> fields_of(const Json& scene, const EntryPlace& place);
-
-/// What an entry of a list is called: by its name, its selection, its time or its kind. May be empty.
-std::string text_of_entry(const Json& table);
 
 /// "plane x = 0", "group clamp", "vertices 1, 2, … (40)".
 std::string selection_text(const Json& select);

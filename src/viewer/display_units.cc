@@ -62,6 +62,10 @@ void set_unit_system(UnitSystem system) {
   chosen_system = system;
 }
 
+UnitSystem unit_system() {
+  return chosen_system;
+}
+
 double DisplayUnit::from_si(double value) const {
   return moved(value, -power);
 }

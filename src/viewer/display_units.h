@@ -13,6 +13,7 @@ enum class UnitSystem { kPrefixes, kMetres, kMillimetres, kMicrometres };
 
 /// For the whole program. Only the thread of the window may use the functions of this file.
 void set_unit_system(UnitSystem system);
+UnitSystem unit_system();
 
 /// A unit of the present system: `text` is 10^power times the SI unit.
 struct DisplayUnit {

@@ -115,7 +115,7 @@ void Engine::apply(const Edit& edit, const std::string& what, bool by_user) {
   const std::string cause = cause_of(edit);
   if (warned_causes_.erase(cause) > 0) end_cause(cause);
   if (const std::string& warning = session_->edits().back().warning; !warning.empty()) {
-    notices_.push_back({Notice::Kind::kWarning, warning, cause});
+    notices_.push_back({Notice::Kind::kWarning, sentence(warning), cause});
     warned_causes_.insert(cause);
   }
   limit_changed_ = limit_changed_ || may_change_limit(edit);
@@ -125,7 +125,8 @@ void Engine::apply(const Edit& edit, const std::string& what, bool by_user) {
 
 void Engine::report_new_warnings() {
   for (; reported_warnings_ < session_->warnings().size(); ++reported_warnings_) {
-    notices_.push_back({Notice::Kind::kWarning, session_->warnings()[reported_warnings_]});
+    const std::string& warning = session_->warnings()[reported_warnings_];
+    notices_.push_back({Notice::Kind::kWarning, sentence(warning), "warning: " + warning});
   }
 }
 

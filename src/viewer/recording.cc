@@ -28,6 +28,28 @@ struct ApplyToSections {
   void operator()(const Other&) const {}
 };
 
+bool uses(const Selection& selection, const std::string& name) {
+  const auto any = [&](const std::vector<SelectionPart>& parts) {
+    return std::ranges::any_of(
+        parts, [&](const SelectionPart& part) { return uses(part.selection, name); });
+  };
+  if (const auto* set = std::get_if<SelectSet>(&selection)) return any(set->of);
+  const auto* named = std::get_if<SelectNamed>(&selection);
+  return named != nullptr && (named->name == name || any(named->of));
+}
+
+// Whether an edit has a selection with this name.
+bool uses(const Edit& edit, const std::string& name) {
+  return std::visit(
+      [&]<class Kind>(const Kind& kind) {
+        if constexpr (requires { kind.entry.select; }) return uses(kind.entry.select, name);
+        if constexpr (requires { kind.select; }) return uses(kind.select, name);
+        if constexpr (requires { kind.change.select; }) return uses(kind.change.select, name);
+        return false;
+      },
+      edit);
+}
+
 }  // namespace
 
 Recording::Recording(const Scene& scene)
@@ -62,6 +84,15 @@ void Recording::add(const NamedSelection& named) {
     throw InputError(fmt::format(
         "The name \"{}\" was used in this run already: choose another one.", named.name));
   }
+}
+
+void Recording::remove(const NamedSelection& named) {
+  const std::lock_guard lock(mutex_);
+  const bool is_needed = std::ranges::any_of(
+      data_.entries, [&](const Entry& entry) { return uses(entry.edit, named.name); });
+  if (is_needed) return;
+  std::erase_if(data_.start.selection,
+                [&](const NamedSelection& other) { return other.name == named.name; });
 }
 
 void Recording::add(const Session& session, const Edit& edit, const std::string& note,

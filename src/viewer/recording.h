@@ -46,6 +46,8 @@ class Recording {
   void begin(const Scene& scene);
   /// Adds a selection to the start, if it is not there. Throws InputError if another one has its name.
   void add(const NamedSelection& named);
+  /// Takes a selection out of the start, unless an edit that was made needs it.
+  void remove(const NamedSelection& named);
   /// Adds an edit that the session has just made.
   void add(const Session& session, const Edit& edit, const std::string& note, bool by_user);
   /// Must be called when the session has made a step or gone back.

@@ -1,6 +1,7 @@
 #include "simulation.h"
 
 #include <algorithm>
+#include <cctype>
 #include <utility>
 
 #include "solver_thread.h"
@@ -212,6 +213,15 @@ bool Simulation::wait_until_idle(double seconds) const {
 
 Scene Simulation::recorded_scene() const {
   return impl_->recording().scene();
+}
+
+std::string sentence(std::string warning) {
+  const auto is_letter = [](unsigned char c) { return std::isalpha(c) != 0; };
+  const auto end = std::find_if_not(warning.begin(), warning.end(), is_letter);
+  if (end != warning.begin() && end != warning.end() && *end != '.' && *end != '_') {
+    warning[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(warning[0])));
+  }
+  return warning;
 }
 
 }  // namespace tetraction::viewer

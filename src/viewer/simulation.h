@@ -44,6 +44,10 @@ struct Notice {
   std::string cause{};
 };
 
+/// A warning of the library as a sentence. Such warnings begin like the rest of a line of the terminal, or with a key of
+/// the scene.
+std::string sentence(std::string warning);
+
 /// The settings of a moment with the scene that they belong to.
 struct Present {
   std::size_t number = 0;  ///< Simulation::settings_number()

@@ -273,6 +273,7 @@ void SolverThread::add_selection(const NamedSelection& named, const std::string&
       recording_.add(named);
       scene.selection.push_back(named);
     } else {
+      recording_.remove(named);
       std::erase_if(scene.selection,
                     [&](const NamedSelection& other) { return other.name == named.name; });
     }

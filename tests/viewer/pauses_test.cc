@@ -29,6 +29,13 @@ void run_until_it_pauses(Simulation& simulation) {
   settle(simulation);
 }
 
+void run_to_step(const Simulation& simulation, Index step) {
+  const auto patience = std::chrono::steady_clock::now() + std::chrono::seconds(60);
+  while (simulation.snapshot()->step < step && std::chrono::steady_clock::now() < patience) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(2));
+  }
+}
+
 TEST(Pauses, AtTheEndAndThenNoMore) {
   const auto simulation = simulation_of(cantilever());
   simulation->set_pauses(true, false);
@@ -37,10 +44,7 @@ TEST(Pauses, AtTheEndAndThenNoMore) {
   EXPECT_EQ(simulation->snapshot()->step, 10);
   EXPECT_FALSE(simulation->snapshot()->running);
   simulation->run();
-  const auto patience = std::chrono::steady_clock::now() + std::chrono::seconds(60);
-  while (simulation->snapshot()->step < 15 && std::chrono::steady_clock::now() < patience) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(2));
-  }
+  run_to_step(*simulation, 15);
   EXPECT_EQ(simulation->snapshot()->pause, Pause::kNone);
   simulation->pause();
   settle(*simulation);
@@ -48,6 +52,20 @@ TEST(Pauses, AtTheEndAndThenNoMore) {
   restart(*simulation);
   run_until_it_pauses(*simulation);
   EXPECT_EQ(simulation->snapshot()->step, 10);
+  // The same for a run that goes on when it is restarted or set up again.
+  for (const bool sets_up : {false, true}) {
+    simulation->run();
+    run_to_step(*simulation, 15);
+    if (sets_up) {
+      simulation->set_up(cantilever(), "the same");
+    } else {
+      simulation->restart();
+    }
+    settle(*simulation);
+    run_until_it_pauses(*simulation);
+    EXPECT_EQ(simulation->snapshot()->step, 10) << sets_up;
+    EXPECT_EQ(simulation->snapshot()->pause, Pause::kEnd) << sets_up;
+  }
 }
 
 // The energies of a body at rest are mere round-off, whose errors are as large as they are.

@@ -142,6 +142,25 @@ TEST_F(SceneEditing, EntriesHaveLabels) {
                                       "ramp", "at 0.01 s", "tip"}));
 }
 
+TEST_F(SceneEditing, LabelsHaveTheUnitsOfTheWindow) {
+  SceneChange add = addition_to("fix");
+  add.value = {{"select", {{"plane", {{"axis", "y"}, {"at", 0.1}}}}}};
+  make(add);
+  EXPECT_FALSE(editor_->update());
+  set_unit_system(UnitSystem::kMillimetres);
+  EXPECT_TRUE(editor_->update());
+  std::vector<std::string> labels;
+  for (const OutlineGroup& group : editor_->outline()) {
+    if (!group.is_list) continue;
+    for (const OutlineEntry& entry : group.entries) labels.push_back(entry.label);
+  }
+  EXPECT_EQ(labels,
+            (std::vector<std::string>{"0 · plane x = 0", "1 · plane y = 100", "0 · tip",
+                                      "1 · nearest 400, 100, 100", "ramp", "at 10 ms", "tip"}));
+  set_unit_system(UnitSystem::kPrefixes);
+  EXPECT_TRUE(editor_->update());
+}
+
 TEST_F(SceneEditing, OnlyKeysWithAMeaningAreFields) {
   EXPECT_TRUE(has_field({"material"}, "youngs_modulus"));
   EXPECT_TRUE(has_field({"material"}, "mu"));
@@ -425,7 +444,8 @@ TEST_F(SceneEditing, ADistanceIsBetweenTheFirstAndTheLastOfTheSelectedVertices) 
 }
 
 TEST_F(SceneEditing, EntriesOfEveryListAreAddedDuplicatedSwitchedAndDeleted) {
-  for (const OutlineGroup& group : editor_->outline()) {
+  const std::vector<OutlineGroup> groups = editor_->outline();
+  for (const OutlineGroup& group : groups) {
     if (!group.is_list) continue;
     open(kScene);
     const std::string& section = group.section;
@@ -475,7 +495,8 @@ TEST_F(SceneEditing, WhatIsSelectedIsEnoughForANewEntryOfEveryList) {
   const Json pair{tip[0], tip[1]};
   for (const Json& ids : {Json(), Json::array({tip[0]}), pair, tip, ids_from(0.25)}) {
     const Json selected = ids.is_null() ? Json() : Json{{"vertices", ids}};
-    for (const OutlineGroup& group : editor_->outline()) {
+    const std::vector<OutlineGroup> groups = editor_->outline();
+    for (const OutlineGroup& group : groups) {
       if (!group.is_list) continue;
       open(kScene);
       SCOPED_TRACE(group.section + " " + ids.dump());
@@ -705,6 +726,41 @@ TEST_F(SceneEditing, ASelectionGetsANameInTheRunningSession) {
   wait();
   EXPECT_EQ(value({"selection", 0}, {}), add.value);
   expect_same_when_saved(4);
+}
+
+TEST_F(SceneEditing, AnUndoneNameIsNotSavedUnlessTheRecordingNeedsIt) {
+  const auto saved = [this](const std::string& name) {
+    const std::vector<NamedSelection> all = simulation_->recorded_scene().selection;
+    return std::ranges::find(all, name, &NamedSelection::name) != all.end();
+  };
+  SceneChange add = addition_to("selection");
+  add.path = {"corner"};
+  add.value = {{"vertices", {1, 2}}};
+  make(add);
+  EXPECT_TRUE(saved("corner"));
+  undo(*simulation_);
+  wait();
+  EXPECT_FALSE(saved("corner"));
+  EXPECT_TRUE(saved("tip"));
+  redo(*simulation_);
+  wait();
+  EXPECT_TRUE(saved("corner"));
+  // An edit that stays in the recording, as part of another selection.
+  set({"force", 1}, {"select"}, {{"not", "corner"}});
+  make_steps(*simulation_, 1);
+  undo(*simulation_);
+  undo(*simulation_);
+  wait();
+  EXPECT_TRUE(saved("corner"));
+  // Another selection may have the name of one that nothing needs.
+  add.path = {"side"};
+  make(add);
+  undo(*simulation_);
+  wait();
+  add.value = {{"vertices", {3}}};
+  make(add);
+  EXPECT_TRUE(saved("side"));
+  expect_same_when_saved(2);
 }
 
 TEST_F(SceneEditing, ANameStaysAtARestartAndGoesWithAReload) {

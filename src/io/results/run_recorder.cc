@@ -5,6 +5,7 @@
 
 #include <cerrno>
 #include <chrono>
+#include <cmath>
 #include <cstring>
 #include <filesystem>
 #include <functional>
@@ -50,6 +51,9 @@ void copy_file(const std::string& from, const std::string& to) {
 RunEnd end_of(const Session& session, const std::optional<OutputError>& failure,
               const std::function<int()>& stop_code) {
   if (failure) return {"failed", 4, failure->what()};
+  // A run without an end, as one in the window, ends where its recording does.
+  const bool is_endless = std::isinf(session.time_settings().end);
+  if (is_endless && session.status() == RunStatus::kRunning) return {"ok", 0, {}};
   const bool is_stopped = session.status() == RunStatus::kCancelled && stop_code;
   return {to_string(session.status()), is_stopped ? stop_code() : exit_code(session.status()),
           session.message()};

@@ -138,7 +138,10 @@ std::string summary_json(const Session& session, const std::string& directory,
     json["omega_max"] = limit.omega_max;
   }
   json["steps"] = session.step_number();
-  if (path == nullptr) json["steps_planned"] = session.step_count();
+  if (path == nullptr) {
+    const bool is_endless = std::isinf(session.time_settings().end);
+    json["steps_planned"] = is_endless ? session.step_number() : session.step_count();
+  }
   const StepRange& steps = session.steps();
   json["time_steps"] = {{"smallest", steps.smallest},
                         {"largest", steps.largest},

@@ -1,7 +1,5 @@
 #include "scene_editor.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <string_view>
@@ -11,7 +9,6 @@
 #include "document/scene_json.h"
 #include "tetraction/core/error.h"
 #include "tetraction/mesh/selection.h"
-#include "viewer/display_units.h"
 
 namespace tetraction::viewer {
 namespace {
@@ -99,19 +96,6 @@ Json edited_json(const EditedScene& edited) {
   return json;
 }
 
-std::string value_text(const Json& value) {
-  if (value.is_string()) return value.get<std::string>();
-  if (value.is_number_float()) return fmt::format("{:.6g}", value.get<double>());
-  std::string text;
-  if (value.is_array()) {
-    for (const Json& part : value) text += (text.empty() ? "" : ", ") + value_text(part);
-  } else {
-    text = value.dump(-1, ' ', false, Json::error_handler_t::replace);
-  }
-  constexpr std::size_t kMost = 40;
-  return text.size() <= kMost ? text : text.substr(0, kMost) + "…";
-}
-
 // The usual strength of attraction causes a visible but moderate motion, and the softening bounds the force at the
 // origin.
 Json usual_attraction(const EnvironmentSettings& present) {
@@ -128,46 +112,6 @@ bool adds_selection(const SceneChange& change) {
 }
 
 }  // namespace
-
-std::string description_of(const SceneChange& change, const Json& scene) {
-  EntryPlace place = change.place;
-  const bool adds = change.kind == SceneChange::Kind::kAdd;
-  if (adds) place.index = entry_count(scene, place.section);
-  std::string entry = title_of_entry(place);
-  if (has_names(place.section)) {  // in place of the number
-    const std::string name = name_of_entry(scene, place);
-    const std::string title = entry.substr(0, entry.rfind(' '));
-    if (adds) entry = title;
-    if (!name.empty()) entry = title + " " + name;
-  }
-  switch (change.kind) {
-    case SceneChange::Kind::kAdd:
-      return entry + " added";
-    case SceneChange::Kind::kRemove:
-      return entry + " deleted";
-    case SceneChange::Kind::kRename:
-      return fmt::format("{} is now {}", entry, value_text(change.value));
-    case SceneChange::Kind::kSet:
-      break;
-  }
-  std::string title = change.path.empty() ? "select" : change.path.back();
-  DisplayUnit unit;
-  const auto find = [&](const auto& self, const std::vector<Field>& fields) -> void {
-    for (const Field& field : fields) {
-      if (field.path == change.path) {
-        title = field.title;
-        unit = display_unit(field.unit);
-      }
-      self(self, field.fields);
-    }
-  };
-  find(find, fields_of(scene, change.place));
-  std::string value = "taken out";
-  if (!change.value.is_null()) value = value_text(unit.from_si(change.value));
-  if (!change.value.is_null() && !unit.text.empty()) value += " " + unit.text;
-  const std::string what = fmt::format("{} {}", title, value);
-  return is_list(change.place.section) ? fmt::format("{}: {}", entry, what) : what;
-}
 
 Scene scene_with_edits(const Simulation& simulation) {
   const EditedScene edited = simulation.edited_scene();
@@ -190,7 +134,11 @@ std::vector<Field> SceneEditor::fields(const EntryPlace& place) const {
 
 Json SceneEditor::usual_selection(const std::string& section, const Json& selected) const {
   const Json all{{"all", true}};
-  if (selected.is_null()) return all;
+  if (selected.is_null()) {
+    const TetMesh& mesh = simulation_.mesh();
+    const bool is_constraint = section == section_of<ConstraintSettings>().name;
+    return is_constraint ? Json{{"vertices", {mesh.vertex_id(0), mesh.vertex_id(1)}}} : all;
+  }
   const bool is_on_surface =
       section == name_of(LoadKind::kTraction) || section == name_of(LoadKind::kPressure);
   const bool is_in_volume = section == name_of(LoadKind::kBodyForce) ||
@@ -206,7 +154,7 @@ Json SceneEditor::usual_selection(const std::string& section, const Json& select
 }
 
 bool SceneEditor::update() {
-  if (shown_ == simulation_.settings_number()) return false;
+  if (shown_ == simulation_.settings_number() && units_ == unit_system()) return false;
   Present now = simulation_.present();
   shown_ = now.number;
   settings_ = std::move(now.settings);
@@ -219,6 +167,8 @@ bool SceneEditor::update() {
   } catch (const InputError&) {
     scene_ = Json();
   }
+  units_ = unit_system();
+  outline_ = outline_in_units(scene_);
   return true;
 }
 

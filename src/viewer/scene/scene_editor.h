@@ -8,6 +8,8 @@
 #include "document/off_entries.h"
 #include "document/outline.h"
 #include "document/scene_changes.h"
+#include "scene_texts.h"
+#include "viewer/display_units.h"
 #include "viewer/simulation.h"
 
 namespace tetraction::viewer {
@@ -19,15 +21,15 @@ class SceneEditor {
   /// `off` are entries that the file of the scene has as switched off.
   explicit SceneEditor(Simulation& simulation, std::vector<OffEntry> off = {});
 
-  /// Takes the present settings of the simulation. True if they may have changed.
+  /// Takes the present settings of the simulation and the units of the window. True if they may have changed.
   bool update();
   /// The scene with the present settings. Null if a scene file cannot hold it.
   const Json& scene() const { return scene_; }
-  std::vector<OutlineGroup> outline() const { return tetraction::outline(scene_); }
+  const std::vector<OutlineGroup>& outline() const { return outline_; }
   std::vector<Field> fields(const EntryPlace& place) const;
 
   /// What a new entry of a list acts on: the selected vertices, or, if they are not enough for it, all of the body or of
-  /// its surface. `selected` is their selection, or null.
+  /// its surface. `selected` is their selection, or null. A constraint needs two vertices in any case.
   Json usual_selection(const std::string& section, const Json& selected) const;
 
   /// Makes a change. Returns why it is not possible; otherwise an empty text. A simulation may still refuse it later:
@@ -68,14 +70,13 @@ class SceneEditor {
   Settings settings_;
   Scene present_;
   Json scene_;
+  UnitSystem units_{};  // of the texts of the tree
+  std::vector<OutlineGroup> outline_;
   std::vector<OffEntry> off_;
 };
 
 /// The scene with all edits in effect as if they held from the start, as a scene file can hold it. A run without an end
 /// gets the usual one. Throws InputError for a scene that a file cannot hold.
 Scene scene_with_edits(const Simulation& simulation);
-
-/// What a change does, as "Density 1200 kg/m³".
-std::string description_of(const SceneChange& change, const Json& scene);
 
 }  // namespace tetraction::viewer

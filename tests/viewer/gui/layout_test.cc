@@ -2,11 +2,15 @@
 #include <QComboBox>
 #include <QDir>
 #include <QDockWidget>
+#include <QHeaderView>
 #include <QScreen>
 #include <QScrollArea>
 #include <QScrollBar>
+#include <QTabBar>
 #include <QTemporaryDir>
+#include <QToolButton>
 
+#include "tetraction/io/run_recorder.h"
 #include "viewer/gui/replay/replay.h"
 #include "viewer/gui/transport/transport_bar.h"
 #include "window_test.h"
@@ -55,6 +59,54 @@ TEST_F(Layout, TheWindowFitsTheScreen) {
   // And a small one: the panels give way, not the screen.
   EXPECT_LE(window_->minimumSizeHint().width(), 1024);
   EXPECT_LE(window_->minimumSizeHint().height(), 700);
+}
+
+// At this size the title of a group was cut, the tabs of the charts had to be scrolled, and a replay made the window
+// wider than the screen.
+TEST_F(Layout, ASmallWindowShowsTitlesAndTabsAndStaysSmall) {
+  window_->resize(1024, 700);
+  Document document = falling_beam();
+  document.scene.probe.emplace_back();
+  document.scene.probe.back().name = "tip";
+  document.scene.probe.back().select = SelectPlane{0, 1.2, {}};
+  show(document);
+  auto* tree = window_->scene_panels()->tree();
+  for (int i = 0; i < tree->topLevelItemCount(); ++i) {
+    const QRect item = tree->visualItemRect(tree->topLevelItem(i));
+    const QString title = tree->topLevelItem(i)->text(0);
+    EXPECT_LE(item.left() + tree->fontMetrics().horizontalAdvance(title),
+              tree->header()->sectionSize(0))
+        << title.toStdString();
+  }
+  auto* tabs = find<QTabBar>("chart_tabs");
+  EXPECT_EQ(tabs->count(), 7);
+  EXPECT_LE(tabs->tabRect(6).right(), tabs->width());
+  EXPECT_EQ(window_->width(), 1024) << "a scene";
+  keep_picture("small_scene");
+  run_to(0.05);
+  window_->transport()->go_to(0.02);
+  settle();
+  EXPECT_TRUE(find<QToolButton>("continue_here")->isVisible());
+  EXPECT_EQ(window_->width(), 1024) << "an earlier state is shown";
+  keep_picture("small_earlier_state");
+
+  const QTemporaryDir folder;
+  document.scene.time.end = 0.1;
+  Session session(document.scene, document.mesh);
+  RunRecorder recorder(folder.filePath(QStringLiteral("run")).toStdString(), 10);
+  session.run({&recorder});
+  open(folder.filePath(QStringLiteral("run")));
+  ASSERT_NE(window_->replay(), nullptr) << window_->messages()->text().toStdString();
+  wait();
+  EXPECT_EQ(window_->width(), 1024) << "a replay";
+  EXPECT_LE(tabs->tabRect(6).right(), tabs->width());
+  QStringList texts;
+  for (const QLabel* text : window_->findChildren<QLabel*>(QStringLiteral("replay_text"))) {
+    texts += text->text();
+  }
+  EXPECT_EQ(texts.size(), 2);
+  EXPECT_EQ(texts.removeDuplicates(), 0);
+  keep_picture("small_replay");
 }
 
 TEST_F(Layout, APanelThatComesBackLiesAboveTheOthers) {

@@ -33,6 +33,24 @@ TEST_F(Messages, AWarningGoesWithTheUndoOfItsEdit) {
   EXPECT_EQ(message(), QString());
 }
 
+// They began with a small letter, each one replaced the one before, and an edit repeated one of them.
+TEST_F(Messages, WarningsOfTheSceneAreSentencesAndAreToldOnce) {
+  Document document = quiet_beam();
+  document.scene.material.poissons_ratio = 0.499;
+  document.scene.time.tolerance = 1e-5;
+  show(document);
+  settle();
+  const QString locking = QStringLiteral("A Poisson's ratio of 0.499 is nearly incompressible");
+  expect_told(locking);
+  expect_told(QStringLiteral("time.tolerance, time.min_step and time.max_step have no effect"));
+  MaterialSettings material = window_->simulation()->settings().materials[0];
+  for (const double ratio : {0.3, 0.499}) {
+    material.poissons_ratio = ratio;
+    make_edit(SetMaterial{0, material}, "Poisson's ratio");
+  }
+  EXPECT_EQ(message().count(locking), 1) << message().toStdString();
+}
+
 TEST_F(Messages, ARefusedInputGoesWithTheNextAction) {
   show(quiet_beam());
   make_edit(SetDamping{{.drag = 0.2}}, "Drag");

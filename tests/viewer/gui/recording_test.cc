@@ -2,6 +2,8 @@
 #include <QDirIterator>
 #include <QElapsedTimer>
 #include <QFile>
+#include <QJsonDocument>
+#include <QJsonObject>
 #include <QLineEdit>
 #include <QMessageBox>
 #include <QPushButton>
@@ -101,6 +103,13 @@ TEST_F(Recordings, ARunHasAFrameForEachTime) {
   EXPECT_FALSE(menu_action(QStringLiteral("Record &run"))->isChecked());
   settle();  // the solver's thread writes
   expect_replay(directory);
+  // It is complete, as a run of the saved scene is.
+  QFile summary(directory + QStringLiteral("/summary.json"));
+  ASSERT_TRUE(summary.open(QIODevice::ReadOnly));
+  const QJsonObject json = QJsonDocument::fromJson(summary.readAll()).object();
+  EXPECT_EQ(json[QLatin1String("status")].toString(), QStringLiteral("ok"));
+  EXPECT_EQ(json[QLatin1String("exit_status")].toInt(-1), 0);
+  EXPECT_EQ(json[QLatin1String("steps_planned")], json[QLatin1String("steps")]);
   const Replay& replay = *window_->replay();
   EXPECT_GE(replay.times().size(), 3U);
   EXPECT_EQ(replay.times().front(), 0.0);
@@ -234,10 +243,10 @@ TEST_F(Recordings, MenusAskForFilesAndFolders) {
   choose("&Save recorded scene", path("scene.toml"));
   EXPECT_TRUE(QFile::exists(path("scene.toml")));
 
+  // A folder that is there, and one that is made.
   ASSERT_TRUE(QDir().mkpath(path("run")));
   choose("Record &run", path("run"));
   EXPECT_TRUE(menu_action(QStringLiteral("Record &run"))->isChecked());
-  ASSERT_TRUE(QDir().mkpath(path("pictures")));
   choose("Record &pictures", path("pictures"));
   EXPECT_TRUE(menu_action(QStringLiteral("Record &pictures"))->isChecked());
   run_to(0.1);

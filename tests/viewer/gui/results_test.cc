@@ -4,7 +4,9 @@
 #include <QFile>
 #include <QLineEdit>
 #include <QProcess>
+#include <QScreen>
 #include <QSpinBox>
+#include <QTabWidget>
 #include <QTableWidget>
 #include <QTemporaryDir>
 #include <cmath>
@@ -56,7 +58,7 @@ class Results : public WindowTest {
       }
     }
     dialog.findChild<QLineEdit*>(QStringLiteral("study_steps"))
-        ->setText(QStringLiteral("1e-2,2e-2"));
+        ->setText(QStringLiteral("1e-2, 2e-2"));
     dialog.findChild<QLineEdit*>(QStringLiteral("study_end"))->setText(QStringLiteral("0.1"));
   }
   /// The same from the command line, and for modes. Returns the folder.
@@ -123,6 +125,7 @@ TEST_F(Results, AnEquilibriumIsComputedAndReplayed) {
   make_edit(SetMaterial{0, elastic(3.0e6, 0.4)}, "Stiffer");
   for (int i = 0; i < 3; ++i) press_and_settle(Qt::Key_S);
   const Snapshot before = state();
+  const double speed = window_->transport()->speed();
   compute("&Equilibrium", path("static"));
   EXPECT_FALSE(menu_action(QStringLiteral("&Equilibrium"))->isEnabled());  // one at a time
   press_and_settle(Qt::Key_S);  // the window goes on meanwhile
@@ -137,7 +140,9 @@ TEST_F(Results, AnEquilibriumIsComputedAndReplayed) {
   EXPECT_EQ(scene.material.youngs_modulus, 3.0e6);
   EXPECT_TRUE(scene.event.empty());
   // The simulation is as it was, and its edit is still not saved.
+  EXPECT_NE(window_->transport()->speed(), speed);
   menu_action(QStringLiteral("&Back to the simulation"))->trigger();
+  EXPECT_EQ(window_->transport()->speed(), speed);
   wait();
   ASSERT_NE(window_->simulation(), nullptr);
   EXPECT_EQ(window_->replay(), nullptr);
@@ -146,6 +151,20 @@ TEST_F(Results, AnEquilibriumIsComputedAndReplayed) {
   EXPECT_EQ(window_->chart()->row_count(), static_cast<std::size_t>(before.step) + 2);
   press_and_settle(Qt::Key_S);
   EXPECT_EQ(state().step, before.step + 2);
+}
+
+// The equilibrium is not that of the body that the user sees, and the window did not say so.
+TEST_F(Results, WarningsOfACommandAreTold) {
+  Document document = falling_beam();
+  EventSettings event;
+  event.at = 0.5;
+  event.edits.push_back(SetMaterial{0, elastic(3.0e6, 0.4)});
+  document.scene.event.push_back(event);
+  show(std::move(document));
+  compute("&Equilibrium", path("static"));
+  wait_for_result();
+  ASSERT_NE(window_->replay(), nullptr) << window_->messages()->text().toStdString();
+  expect_told(QStringLiteral("The equilibrium is that of the scene at t = 0: its 1 [[event]] is"));
 }
 
 // Something else is opened: edits of the simulation that was kept are asked for.
@@ -210,7 +229,7 @@ TEST_F(Results, AModeSwings) {
   wait();
   EXPECT_EQ(find<QComboBox>("color_field")->currentText().left(9),
             QStringLiteral("von Mises").left(9));
-  EXPECT_FALSE(find<QDockWidget>("dock_results")->isVisible());
+  EXPECT_FALSE(window_->results()->isVisible());
 }
 
 TEST_F(Results, ModesAboutTheEquilibriumAreThoseOfIt) {
@@ -261,7 +280,7 @@ TEST_F(Results, AStudyHasATableFromWhichRunsAreOpened) {
   EXPECT_EQ(QString::fromStdString(window_->replay()->directory()),
             path("study") + QStringLiteral("/backward-euler-") + step);
   EXPECT_EQ(table()->rowCount(), 4);
-  EXPECT_TRUE(find<QDockWidget>("dock_results")->isVisible());
+  EXPECT_TRUE(window_->results()->isVisible());
   EXPECT_GT(window_->replay()->times().size(), 1U);
 }
 
@@ -315,7 +334,18 @@ TEST_F(Results, TwoRunsAreComparedSideBySide) {
   EXPECT_TRUE(wait_for(same_camera, 5000));
   EXPECT_FALSE(window_->chart()->other_rows().empty());
   press_key(Qt::Key_O);
-  raise("dock_charts");
+  find<QDockWidget>("dock_charts")->findChild<QTabWidget*>()->setCurrentIndex(0);
+  wait(300);
+  // The chart was behind the table: what is on the screen now is no black rectangle.
+  const QWidget* canvas = window_->chart()->canvas();
+  const QPoint corner = canvas->mapToGlobal(QPoint(0, 0));
+  const QImage chart =
+      QGuiApplication::primaryScreen()
+          ->grabWindow(0, corner.x(), corner.y(), canvas->width(), canvas->height())
+          .toImage();
+  EXPECT_GT(chart.width(), 100);
+  const auto black = pixels(chart, [](QRgb c) { return qGray(c) < 10; }).size();
+  EXPECT_LT(static_cast<double>(black), 0.05 * chart.width() * chart.height());
   keep_picture("comparison");
   // The second picture shows a body.
   const QImage picture = second->picture();
@@ -324,6 +354,23 @@ TEST_F(Results, TwoRunsAreComparedSideBySide) {
     for (int y = 0; y < picture.height(); y += 3) colors.insert(picture.pixel(x, y));
   }
   EXPECT_GT(colors.size(), 30);
+  // A picture to be saved has both, with their names, and so have those that are recorded.
+  const QImage saved = comparison->picture();
+  EXPECT_NEAR(saved.width(), first->picture().width() + picture.width(), 4);
+  EXPECT_GT(saved.height(), picture.height());
+  const int left = saved.width() - picture.width();
+  EXPECT_EQ(
+      saved.copy(QRect(QPoint(left, 0), picture.size())).convertToFormat(QImage::Format_RGB32),
+      picture.convertToFormat(QImage::Format_RGB32));
+  EXPECT_EQ(comparison->picture(QSize(1280, 720)).size(), QSize(1280, 720));
+  window_->record_pictures(path("pictures"));
+  window_->transport()->go_to(0.1);
+  wait();
+  window_->stop_recording();
+  const QImage recorded(path("pictures") + QStringLiteral("/picture_000001.png"));
+  EXPECT_EQ(recorded.size(), saved.size());
+  EXPECT_NE(recorded.copy(recorded.width() / 2, 0, recorded.width() / 2, recorded.height()),
+            saved.copy(recorded.width() / 2, 0, recorded.width() / 2, recorded.height()));
   // Another colour is that of both.
   auto* field = find<QComboBox>("color_field");
   const int speed = field->findText(QStringLiteral("Speed"), Qt::MatchStartsWith);

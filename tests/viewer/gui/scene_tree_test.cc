@@ -226,6 +226,36 @@ TEST_F(Tree, NamesAreChangedInPlace) {
   EXPECT_EQ(window_->simulation()->scene().amplitude.size(), 1U);
 }
 
+// The vertices of this file count from 1.
+TEST_F(Tree, AConstraintIsMadeWithoutASelection) {
+  open(QStringLiteral(TETRACTION_DATA "/tuning_fork.msh"));
+  ASSERT_NE(window_->simulation(), nullptr) << window_->messages()->text().toStdString();
+  EXPECT_EQ(window_->simulation()->mesh().vertex_id(0), 1);
+  window_->messages()->clear();
+  add("constraint");
+  EXPECT_EQ(message(), QString());
+  EXPECT_EQ(count("constraint"), 1);
+}
+
+TEST_F(Tree, ValuesThatAreNotThereAreEmptyFields) {
+  Document document = quiet_beam();
+  document.scene.time.end = std::numeric_limits<double>::infinity();
+  show(std::move(document));
+  show_entry("fix");
+  EXPECT_EQ(number_field("target", 1)->text(), QString());
+  EXPECT_EQ(number_field("velocity", 1)->text(), QStringLiteral("0"));
+  enter("offset", "0.001", 1);
+  ASSERT_TRUE(window_->simulation()->settings().fixes[0].offset);
+  EXPECT_EQ(*window_->simulation()->settings().fixes[0].offset, Vector3(0.0, 0.001, 0.0));
+  EXPECT_EQ(number_field("offset", 0)->text(), QStringLiteral("0"));
+  // A click leads into an empty field.
+  show_entry("time");
+  NumberField* end = number_field("end");
+  ASSERT_EQ(end->text(), QString());
+  QTest::mouseClick(end, Qt::LeftButton);
+  EXPECT_TRUE(end->hasFocus());
+}
+
 TEST_F(Tree, ASelectionTakesTheSelectedVertices) {
   show(quiet_beam());
   settle();

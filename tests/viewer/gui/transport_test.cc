@@ -3,6 +3,8 @@
 #include <QCheckBox>
 #include <QElapsedTimer>
 #include <QFile>
+#include <QProcess>
+#include <QStandardPaths>
 #include <QTemporaryDir>
 #include <QToolTip>
 #include <cmath>
@@ -190,6 +192,38 @@ TEST_F(Transport, AFilmGetsPicturesOfTheChosenSize) {
   QDir().mkpath(QStringLiteral(TETRACTION_SCREENSHOTS));
   image.save(QStringLiteral(TETRACTION_SCREENSHOTS "/film_picture.png"));
   window_->body_view()->picture().save(QStringLiteral(TETRACTION_SCREENSHOTS "/view_picture.png"));
+}
+
+// What the program itself makes, as ffprobe sees it.
+TEST_F(Transport, FfmpegMakesFilmsOfTheSizeWithAllPictures) {
+  if (QStandardPaths::findExecutable(QStringLiteral("ffprobe")).isEmpty()) {
+    GTEST_SKIP() << "ffmpeg is not installed";
+  }
+  QTemporaryDir folder;
+  for (const char* name : {"film.webm", "film.mp4"}) {
+    show(falling_beam());
+    const QString film = folder.filePath(QLatin1String(name));
+    window_->record_pictures(film, QSize(640, 360));
+    window_->simulation()->run();
+    ASSERT_TRUE(wait_for([&] { return shown().time > 0.3; }));
+    window_->simulation()->pause();
+    settle();
+    window_->stop_recording();
+    EXPECT_TRUE(message().isEmpty()) << message().toStdString();
+    const QString told = window_->statusBar()->currentMessage();
+    QProcess probe;
+    probe.start(QStringLiteral("ffprobe"),
+                {"-v", "error", "-count_frames", "-select_streams", "v", "-show_entries",
+                 "stream=width,height,nb_read_frames,r_frame_rate", "-of", "csv=p=0", film});
+    ASSERT_TRUE(probe.waitForFinished(60000));
+    const QList<QByteArray> found = probe.readAllStandardOutput().trimmed().split(',');
+    ASSERT_EQ(found.size(), 4) << name;
+    EXPECT_EQ(found[0], "640");
+    EXPECT_EQ(found[1], "360");
+    EXPECT_EQ(found[2], "25/1");
+    EXPECT_NEAR(found[3].toDouble(), std::floor(state().time / 0.04) + 1, 1);
+    EXPECT_TRUE(told.startsWith(QString::fromLatin1(found[3]) + ' ')) << told.toStdString();
+  }
 }
 
 TEST_F(Transport, WithoutFfmpegAFilmIsRefused) {

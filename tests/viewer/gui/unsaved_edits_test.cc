@@ -78,6 +78,12 @@ TEST_F(Unsaved, EditsAreOfferedAfterACrashAndRestored) {
   settle();
   EXPECT_TRUE(window_->windowTitle().startsWith(QStringLiteral("beam.toml")));
   EXPECT_EQ(window_->simulation()->settings().damping.drag, 0.25) << "the edit at the start";
+  press_and_settle(Qt::Key_Z, Qt::ControlModifier);
+  EXPECT_EQ(window_->simulation()->settings().damping.drag, quiet_beam().scene.damping.drag);
+  EXPECT_TRUE(window_->simulation()->scene().event.empty()) << "one undo takes all edits back";
+  EXPECT_EQ(window_->simulation()->undo_text(), "");
+  press_and_settle(Qt::Key_Z, Qt::ControlModifier | Qt::ShiftModifier);
+  EXPECT_EQ(window_->simulation()->settings().damping.drag, 0.25);
   window_->simulation()->step();
   window_->simulation()->step();
   settle();

@@ -44,7 +44,8 @@ void BodyScene::color(const Snapshot& snapshot) {
       color_bar_.set(drawing_, regions_, text_gray_);
     }
   }
-  colored_ = fits && color_bar_.follow(values);
+  colored_ =
+      fits && color_bar_.follow(values, [&] { return is_strained(*shape_, snapshot.position); });
   const bool averaged =
       drawing_.averaged && snapshot.field_on_cells && fits && !snapshot.field->is_integral;
   colored_cells_ = snapshot.field_on_cells && !averaged;

@@ -12,6 +12,7 @@
 #include <vtkUnstructuredGrid.h>
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 
 #include "tetraction/fem/rest_state.h"
@@ -83,6 +84,26 @@ void divide_surface(const TetMesh& mesh, BodyShape& shape) {
 
 }  // namespace
 
+bool is_strained(const BodyShape& shape, const Vector& position) {
+  constexpr double kRoundOff = 1e-9;
+  const auto squared_length = [](const Vector& at, Index v, Index w) {
+    return (vertex_block(at, v) - vertex_block(at, w)).squaredNorm();
+  };
+  vtkIdType count = 0;
+  const vtkIdType* vertices = nullptr;
+  for (vtkIdType e = 0; e < shape.tetrahedra->GetNumberOfCells(); ++e) {
+    shape.tetrahedra->GetCellAtId(e, count, vertices);
+    for (vtkIdType i = 0; i < count; ++i) {
+      for (vtkIdType j = 0; j < i; ++j) {
+        const double before = squared_length(shape.rest_position, vertices[i], vertices[j]);
+        const double after = squared_length(position, vertices[i], vertices[j]);
+        if (std::abs(after - before) > 2.0 * kRoundOff * before) return true;
+      }
+    }
+  }
+  return false;
+}
+
 vtkSmartPointer<vtkCellArray> point_cells(const std::vector<Index>& vertices) {
   auto cells = vtkSmartPointer<vtkCellArray>::New();
   cells->AllocateExact(static_cast<vtkIdType>(vertices.size()),
@@ -112,6 +133,7 @@ std::shared_ptr<const BodyShape> make_body_shape(const TetMesh& mesh) {
     const vtkIdType ids[4] = {tetrahedron[0], tetrahedron[1], tetrahedron[2], tetrahedron[3]};
     shape->tetrahedra->InsertNextCell(4, ids);
   }
+  shape->rest_position = mesh.rest_positions();
   vtkNew<vtkUnstructuredGrid> grid;
   grid->SetPoints(shape->rest);
   grid->SetCells(VTK_TETRA, shape->tetrahedra);

@@ -187,10 +187,11 @@ void BodyView::set_parallel(bool on) {
   render();
 }
 
-bool BodyView::follow_colors(const std::vector<float>& values) {
+bool BodyView::follow_colors(const std::vector<float>& values,
+                             const std::function<bool()>& is_strained) {
   const double low = color_low();
   const double high = color_high();
-  const bool has_range = scene_->color_bar().follow(values);
+  const bool has_range = scene_->color_bar().follow(values, is_strained);
   if (drawn_ && (color_low() != low || color_high() != high)) scene_->set_state(drawn_);
   return has_range;
 }

@@ -6,6 +6,7 @@
 #include <QImage>
 #include <QWidget>
 #include <array>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -67,7 +68,7 @@ class BodyView : public QWidget {
   /// Whether the next pictures have the colour bar.
   void set_color_bar(bool on);
   /// Widens an automatic range of the colours for these values, too. False if there is no range yet.
-  bool follow_colors(const std::vector<float>& values);
+  bool follow_colors(const std::vector<float>& values, const std::function<bool()>& is_strained);
   /// The arrow at the edge of the picture that points to a body outside it.
   QToolButton* edge_mark() const { return edge_mark_; }
   /// Fits the automatic colour range to the state that is shown.

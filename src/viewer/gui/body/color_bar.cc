@@ -42,6 +42,11 @@ double least_range(const Quantity& quantity) {
   return *quantity.unit == '\0' ? 1e-6 : 1e-9;
 }
 
+bool follows_from_strains(const Quantity& quantity) {
+  const std::string_view unit = quantity.unit;
+  return unit == "Pa" || unit == "J/m³";
+}
+
 // The smallest number with one or two digits that is not below x > 0.
 double round_up(double x) {
   const double power = std::pow(10.0, std::floor(std::log10(x)));
@@ -145,7 +150,7 @@ void ColorBar::show_range() {
   bar_->SetTitle(title.c_str());
 }
 
-bool ColorBar::follow(const std::vector<float>& values) {
+bool ColorBar::follow(const std::vector<float>& values, const std::function<bool()>& is_strained) {
   const ColorField& field = drawing_.field;
   if (has_fixed_range()) return true;
   if (values.empty()) return known_;
@@ -155,7 +160,7 @@ bool ColorBar::follow(const std::vector<float>& values) {
   const double floor = least_range(*field);
   const double spread =
       middle ? std::max(*middle - *least, *most - *middle) : static_cast<double>(*most);
-  if (!known_ && !(spread > floor)) {
+  if (!known_ && (!(spread > floor) || (follows_from_strains(*field) && !is_strained()))) {
     low_ = middle ? *middle - floor : 0.0;
     high_ = middle ? *middle + floor : floor;
     show_range();

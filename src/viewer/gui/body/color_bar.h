@@ -3,6 +3,7 @@
 
 #include <vtkNew.h>
 
+#include <functional>
 #include <vector>
 
 #include "drawing_settings.h"
@@ -21,8 +22,9 @@ class ColorBar {
   /// Sets the field, its range and the colour of the text.
   void set(const DrawingSettings& drawing, int region_count, double text_gray);
   /// Adapts an automatic range to the values. False while they are no more than round-off, so that there is no
-  /// range: the body has one colour then, and there is no bar.
-  bool follow(const std::vector<float>& values);
+  /// range: the body has one colour then, and there is no bar. Those of a body without strains are that, if they follow
+  /// from strains.
+  bool follow(const std::vector<float>& values, const std::function<bool()>& is_strained);
   /// The next call of follow() defines a new automatic range.
   void forget_range();
   vtkLookupTable* table() const { return table_; }

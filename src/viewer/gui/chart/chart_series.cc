@@ -34,10 +34,11 @@ const std::vector<ChartKind>& chart_kinds(RunKind run) {
       // A row that comes from probes.csv only has no iterations.
       [](Row r) { return std::isnan(r.total) ? kNone : static_cast<double>(r.iterations); }};
   static const std::vector<ChartKind> of_equilibrium{
-      {"Energy", "Energy", "J", potentials},
-      {"Iterations", "Iterations a load step", "", {iterations}}};
+      {"Energy", "Energy", "Energy", "J", potentials},
+      {"Iterations", "Iterations", "Iterations a load step", "", {iterations}}};
   static const std::vector<ChartKind> of_motion{
       {"Energy",
+       "Energy",
        "Energy",
        "J",
        {{"Kinetic", kBlue, [](Row r) { return r.kinetic; }},
@@ -45,6 +46,7 @@ const std::vector<ChartKind>& chart_kinds(RunKind run) {
         potentials[1],
         potentials[2]}},
       {"Balance",
+       "Balance",
        "Since the start",
        "J",
        {{"External work", kBlue, [](Row r) { return r.external_work; }},
@@ -52,23 +54,26 @@ const std::vector<ChartKind>& chart_kinds(RunKind run) {
         {"Dissipated", kGreen, [](Row r) { return r.dissipated_energy; }},
         {"Work of edits", kPink, [](Row r) { return r.edit_work; }},
         {"Energy error", kRed, [](Row r) { return r.energy_error; }}}},
-      {"Energy error",
+      {"Error",
+       "Energy error",
        "Energy error",
        "J",
        {{"Energy error", kRed, [](Row r) { return r.energy_error; }}}},
       {"Momentum",
        "Momentum",
+       "Momentum",
        "kg m/s",
        {{"p x", kBlue, [](Row r) { return r.linear_momentum.x(); }},
         {"p y", kOrange, [](Row r) { return r.linear_momentum.y(); }},
         {"p z", kGreen, [](Row r) { return r.linear_momentum.z(); }}}},
-      {"Angular momentum",
+      {"Angular",
+       "Angular momentum",
        "About the origin",
        "kg m²/s",
        {{"L x", kBlue, [](Row r) { return r.angular_momentum.x(); }},
         {"L y", kOrange, [](Row r) { return r.angular_momentum.y(); }},
         {"L z", kGreen, [](Row r) { return r.angular_momentum.z(); }}}},
-      {"Iterations", "Iterations a step", "", {iterations}}};
+      {"Iterations", "Iterations", "Iterations a step", "", {iterations}}};
   return run == RunKind::kEquilibrium ? of_equilibrium : of_motion;
 }
 
@@ -97,7 +102,7 @@ std::vector<ChartProbe> chart_probes(const std::vector<ProbeSettings>& probes) {
 
 ChartKind chart_kind_of(const ChartProbe& probe) {
   constexpr std::array kColors{kBlue, kOrange, kGreen, kBlack, kRed, kPink};
-  ChartKind kind{probe.name, probe.axis, probe.unit, {}};
+  ChartKind kind{probe.name, probe.name, probe.axis, probe.unit, {}};
   for (std::size_t c = 0; c < probe.columns.size(); ++c) {
     const std::size_t i = probe.first + c;
     kind.series.push_back(

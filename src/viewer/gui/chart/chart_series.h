@@ -21,6 +21,7 @@ struct ChartSeries {
 };
 
 struct ChartKind {
+  std::string tab;  ///< a short form of the name
   std::string name;
   std::string axis;  ///< title of the axis: the quantity
   std::string unit;

@@ -23,15 +23,16 @@
 #include <QComboBox>
 #include <QEvent>
 #include <QHBoxLayout>
-#include <QPushButton>
 #include <QTabBar>
 #include <QTimer>
+#include <QToolButton>
 #include <QVBoxLayout>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include "chart_axes.h"
+#include "viewer/gui/widgets/icons.h"
 #include "viewer/gui/widgets/theme.h"
 #include "viewer/gui/widgets/vtk_widget.h"
 
@@ -55,6 +56,9 @@ LiveChart::LiveChart(QWidget* parent)
   tabs_->setObjectName(QStringLiteral("chart_tabs"));
   tabs_->setExpanding(false);
   tabs_->setDrawBase(false);
+  QFont small = font();
+  small.setPixelSize(static_cast<int>(TextSize::kSmall));
+  tabs_->setFont(small);
   probe_choice_ = new QComboBox(this);
   probe_choice_->setObjectName(QStringLiteral("probe_choice"));
   probe_choice_->setToolTip(tr("The probe that is shown"));
@@ -68,31 +72,44 @@ LiveChart::LiveChart(QWidget* parent)
     following_ = stale_ = true;
     refresh();
   });
-  auto* whole = new QPushButton(tr("Whole run"), this);
-  whole->setObjectName(QStringLiteral("whole_run"));
-  whole->setToolTip(
-      tr("Shows the whole run again after zooming (drag: zoom; wheel: in and out; "
-         "middle button: move)"));
-  auto* save = new QPushButton(tr("Save…"), this);
-  save->setToolTip(tr("Saves the data as CSV or the chart as PNG or SVG"));
+  const auto tool = [this](Icon picture, const QString& name, const char* object,
+                           const QString& tip) {
+    auto* button = new QToolButton(this);
+    button->setObjectName(QLatin1String(object));
+    button->setIcon(icon(picture));
+    button->setAutoRaise(true);
+    button->setFocusPolicy(Qt::TabFocus);
+    button->setAccessibleName(name);
+    button->setToolTip(tip);
+    return button;
+  };
+  QToolButton* whole =
+      tool(Icon::kWhole, tr("Whole run"), "whole_run",
+           tr("Shows the whole run again after zooming (drag: zoom; wheel: in and out; "
+              "middle button: move)"));
+  QToolButton* save = tool(Icon::kSave, tr("Save"), "save_chart",
+                           tr("Saves the data as CSV or the chart as PNG or SVG"));
 
-  auto* top = new QHBoxLayout;
-  top->addWidget(tabs_, 1);
-  top->addWidget(probe_choice_);
-  top->addWidget(logarithmic);
-  top->addWidget(whole);
-  top->addWidget(save);
-  legend_box_ = new QWidget(this);
-  legend_ = new QVBoxLayout(legend_box_);
-  legend_->setContentsMargins(4, 4, 4, 4);
+  // The tabs need all the width of a small window, so that the tools are below the legend.
+  auto* tools = new QHBoxLayout;
+  tools->addWidget(logarithmic);
+  tools->addStretch(1);
+  tools->addWidget(whole);
+  tools->addWidget(save);
+  legend_ = new QVBoxLayout;
   legend_->setSpacing(3);
+  auto* beside = new QVBoxLayout;
+  beside->setContentsMargins(4, 4, 4, 4);
+  beside->addWidget(probe_choice_);
+  beside->addLayout(legend_, 1);
+  beside->addLayout(tools);
   auto* row = new QHBoxLayout;
   row->addWidget(widget_, 1);
-  row->addWidget(legend_box_);
+  row->addLayout(beside);
   auto* columns = new QVBoxLayout(this);
   columns->setContentsMargins(4, 2, 4, 4);
   columns->setSpacing(2);
-  columns->addLayout(top);
+  columns->addWidget(tabs_);
   columns->addLayout(row, 1);
   widget_->setMinimumSize(200, 110);
   widget_->setAccessibleName(tr("Chart"));
@@ -143,8 +160,8 @@ LiveChart::LiveChart(QWidget* parent)
   widget_->installEventFilter(this);
   connect(tabs_, &QTabBar::currentChanged, this, &LiveChart::show_kind);
   connect(probe_choice_, QOverload<int>::of(&QComboBox::activated), this, &LiveChart::show_probe);
-  connect(whole, &QPushButton::clicked, this, &LiveChart::show_whole_run);
-  connect(save, &QPushButton::clicked, this, &LiveChart::save);
+  connect(whole, &QToolButton::clicked, this, &LiveChart::show_whole_run);
+  connect(save, &QToolButton::clicked, this, &LiveChart::save);
   set_run(RunKind::kMotion);
   set_colors();
   rebuild();
@@ -196,7 +213,8 @@ void LiveChart::set_run(RunKind run) {
   const QSignalBlocker quiet(tabs_);
   while (tabs_->count() > 0) tabs_->removeTab(0);
   for (const ChartKind& kind : kinds_) {
-    tabs_->addTab(QString::fromStdString(kind.name));
+    tabs_->setTabToolTip(tabs_->addTab(QString::fromStdString(kind.tab)),
+                         QString::fromStdString(kind.name));
     shown_.emplace_back(kind.series.size(), true);
   }
 }
@@ -289,7 +307,7 @@ void LiveChart::rebuild() {
     other->GetPen()->SetLineType(vtkPen::DASH_LINE);
     other_plots_.push_back(other);
 
-    auto* check = new QCheckBox(QString::fromStdString(series.name), legend_box_);
+    auto* check = new QCheckBox(QString::fromStdString(series.name), this);
     check->setObjectName(QStringLiteral("series_%1").arg(s));
     check->setChecked(shown_[static_cast<std::size_t>(kind_)][s]);
     check->setToolTip(tr("Show or hide this series"));

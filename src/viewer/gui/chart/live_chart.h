@@ -123,7 +123,6 @@ class LiveChart : public QWidget {
   QTabBar* tabs_;
   QComboBox* probe_choice_;
   QVBoxLayout* legend_;
-  QWidget* legend_box_;
   vtkNew<vtkGenericOpenGLRenderWindow> window_;
   VtkWidget* widget_;  // shows window_
   vtkNew<vtkContextView> view_;

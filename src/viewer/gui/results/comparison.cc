@@ -2,7 +2,9 @@
 
 #include <QDir>
 #include <QLabel>
+#include <QPainter>
 #include <QVBoxLayout>
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -26,9 +28,23 @@ QLabel* add_page(QSplitter* splitter, BodyView* view) {
   return label;
 }
 
+// The middle of a picture, scaled such that it fills the size.
+QImage filling(const QImage& picture, const QSize& size) {
+  if (picture.size() == size) return picture;
+  const QImage scaled =
+      picture.scaled(size, Qt::KeepAspectRatioByExpanding, Qt::SmoothTransformation);
+  return scaled.copy(QRect(
+      QPoint((scaled.width() - size.width()) / 2, (scaled.height() - size.height()) / 2), size));
+}
+
+QImage picture_of(BodyView* view, const QSize& size) {
+  return size.isEmpty() ? view->picture() : filling(view->picture(size), size);
+}
+
 }  // namespace
 
-Comparison::Comparison(BodyView* first) : first_(first), first_label_(add_page(this, first)) {
+Comparison::Comparison(BodyView* first)
+    : QSplitter(first->parentWidget()), first_(first), first_label_(add_page(this, first)) {
   setChildrenCollapsible(false);
   first_label_->setObjectName(QStringLiteral("first_run"));
   first_label_->hide();
@@ -47,13 +63,14 @@ void Comparison::begin(const QString& first_name, std::unique_ptr<Replay> second
   first_->setMinimumWidth(second_ ? kNarrowest : first_width_);
   first_->set_color_bar(!second_);  // the second picture has the bar of both
   if (!second_) return;
-  view_ = new BodyView;
+  view_ = new BodyView(window());
   view_->setMinimumWidth(kNarrowest);
   label_ = add_page(this, view_);
   label_->setObjectName(QStringLiteral("second_run"));
   page_ = view_->parentWidget();
   setSizes({1000, 1000});
-  view_->set_body(std::move(shape));
+  shape_ = std::move(shape);
+  view_->set_body(shape_);
   copy_camera(first_, view_);
   // Later, because a picture cannot be drawn while another one is.
   connect(
@@ -63,6 +80,42 @@ void Comparison::begin(const QString& first_name, std::unique_ptr<Replay> second
       view_, &BodyView::camera_moved, page_, [this] { copy_camera(view_, first_); },
       Qt::QueuedConnection);
   connect(view_, &BodyView::light_turned, first_, &BodyView::light_turned);
+}
+
+void Comparison::set_recording(bool on) {
+  first_->set_recording(on);
+  if (view_ != nullptr) view_->set_recording(on);
+}
+
+QImage Comparison::picture(const QSize& size) {
+  if (view_ == nullptr) return picture_of(first_, size);
+  constexpr int kTextsOfHeight = 32;  // of a picture of another size
+  constexpr int kGap = 2;
+  const int text = size.isEmpty() ? static_cast<int>(label_->height() * label_->devicePixelRatioF())
+                                  : size.height() / kTextsOfHeight;
+  const int left = (size.width() - kGap) / 2;
+  const QSize room(0, text);
+  QImage first = picture_of(first_, size.isEmpty() ? size : QSize(left, size.height()) - room);
+  QImage second = picture_of(
+      view_, size.isEmpty() ? size : QSize(size.width() - kGap - left, size.height()) - room);
+  for (QImage* picture : {&first, &second}) picture->setDevicePixelRatio(1.0);
+  QImage both(first.width() + kGap + second.width(),
+              std::max(first.height(), second.height()) + text, QImage::Format_RGB32);
+  both.fill(palette().color(QPalette::Window));
+  QPainter painter(&both);
+  QFont face = font();
+  face.setPixelSize(std::max(text * 6 / 10, 1));
+  painter.setFont(face);
+  painter.setPen(palette().color(QPalette::WindowText));
+  int x = 0;
+  for (const auto& [picture, label] :
+       {std::pair(&first, first_label_), std::pair(&second, label_)}) {
+    painter.drawImage(x, 0, *picture);
+    painter.drawText(QRect(x, both.height() - text, picture->width(), text), Qt::AlignCenter,
+                     label->text());
+    x += picture->width() + kGap;
+  }
+  return both;
 }
 
 void Comparison::copy_camera(BodyView* from, BodyView* to) {
@@ -87,7 +140,8 @@ void Comparison::follow() {
   };
   first_label_->setText(name(first_name_, time));
   label_->setText(name(QDir(QString::fromStdString(second_->directory())).dirName(), state_->time));
-  if (first_->follow_colors(state_->field_values)) {
+  const auto strained = [this] { return is_strained(*shape_, state_->position); };
+  if (first_->follow_colors(state_->field_values, strained)) {
     drawing.automatic_range = false;
     drawing.range[0] = first_->color_low();
     drawing.range[1] = first_->color_high();

@@ -27,6 +27,10 @@ class Comparison : public QSplitter {
   BodyView* second_view() const { return view_; }
   /// Shows the second run as the picture of the first one shows its run. Throws FileError.
   void follow();
+  /// The picture, or both pictures side by side with the names of the runs below. An empty size is that of the window.
+  QImage picture(const QSize& size = {});
+  /// See BodyView::set_recording().
+  void set_recording(bool on);
 
  private:
   static void copy_camera(BodyView* from, BodyView* to);
@@ -35,9 +39,10 @@ class Comparison : public QSplitter {
   int first_width_ = 0;  // the least one
   QString first_name_;
   std::unique_ptr<Replay> second_;
-  std::size_t frame_ = 0;                  // of the second run, that was read last
-  std::shared_ptr<const Snapshot> state_;  // its state
-  QWidget* page_ = nullptr;                // of the second run
+  std::shared_ptr<const BodyShape> shape_;  // of its body
+  std::size_t frame_ = 0;                   // of the second run, that was read last
+  std::shared_ptr<const Snapshot> state_;   // its state
+  QWidget* page_ = nullptr;                 // of the second run
   BodyView* view_ = nullptr;
   QLabel *first_label_, *label_ = nullptr;
 };

@@ -10,6 +10,7 @@ constexpr int kPatience_ms = 3000;  // until a command that was asked to end is 
 constexpr int kProgress_ms = 500;
 
 const QString kOwnWord = QStringLiteral("tetraction: ");
+const QString kWarning = kOwnWord + QStringLiteral("warning: ");
 
 }  // namespace
 
@@ -52,6 +53,7 @@ void Computation::start(const QStringList& arguments, const QString& directory) 
   directory_ = directory;
   line_.clear();
   message_.clear();
+  warnings_.clear();
   cancelled_ = false;
   since_start_.start();
   timer_.start(kProgress_ms);
@@ -71,7 +73,9 @@ void Computation::cancel() {
 void Computation::read() {
   while (process_.canReadLine()) {
     const QString line = QString::fromUtf8(process_.readLine()).trimmed();
-    if (line.startsWith(kOwnWord)) {
+    if (line.startsWith(kWarning)) {
+      warnings_ += line.mid(kWarning.size());
+    } else if (line.startsWith(kOwnWord)) {
       message_ = line.mid(kOwnWord.size());
     } else if (!line.isEmpty()) {
       line_ = line;

@@ -22,6 +22,8 @@ class Computation : public QObject {
   void start(const QStringList& arguments, const QString& directory);
   bool is_running() const { return process_.state() != QProcess::NotRunning; }
   const QString& directory() const { return directory_; }
+  /// What it warned of.
+  const QStringList& warnings() const { return warnings_; }
   /// Asks the command to end, which writes what it has, and kills it if it does not.
   void cancel();
   /// Ends the command and waits for it.
@@ -42,7 +44,8 @@ class Computation : public QObject {
   QElapsedTimer since_start_;
   QTimer timer_;
   QString line_;     // that was told last
-  QString message_;  // the last one that is no progress
+  QString message_;  // the last one that is no progress and no warning
+  QStringList warnings_;
   bool cancelled_ = false;
 };
 

@@ -5,11 +5,13 @@
 #include <QDialog>
 #include <QDialogButtonBox>
 #include <QFileDialog>
+#include <QFileInfo>
 #include <QFormLayout>
 #include <QHBoxLayout>
 #include <QLabel>
 #include <QLineEdit>
 #include <QPushButton>
+#include <QRegularExpression>
 #include <QSpinBox>
 #include <functional>
 #include <vector>
@@ -38,6 +40,15 @@ QLineEdit* add_text(QFormLayout* form, const QString& title, const char* name,
   text->setObjectName(QLatin1String(name));
   form->addRow(title, text);
   return text;
+}
+
+// The path, with a number if there is something already.
+QString new_folder(const QString& path) {
+  QString folder = path;
+  for (int number = 2; QFileInfo::exists(folder); ++number) {
+    folder = QStringLiteral("%1-%2").arg(path).arg(number);
+  }
+  return folder;
 }
 
 QCheckBox* add_check(QFormLayout* form, const QString& title, const char* name, bool on = false) {
@@ -94,7 +105,10 @@ Arguments add_study(QFormLayout* form, double end) {
     }
     QStringList arguments{"study", "--frames=all", "--integrators=" + names.join(','),
                           "--budget=" + budget->text(), "--set=time.end=" + time->text()};
-    const QStringList lists = steps->text().split(QLatin1Char(' '), Qt::SkipEmptyParts);
+    static const QRegularExpression around_comma(QStringLiteral("\\s*,\\s*"));
+    const QStringList lists = steps->text()
+                                  .replace(around_comma, QStringLiteral(","))
+                                  .split(QLatin1Char(' '), Qt::SkipEmptyParts);
     for (const QString& list : lists) arguments += "--steps=" + list;
     if (!plots->isChecked()) arguments += QStringLiteral("--no-plots");
     return arguments;
@@ -117,7 +131,7 @@ std::optional<ComputationRequest> ask_computation(QWidget* parent, ComputationKi
                               : kind == ComputationKind::kModes     ? add_modes(form)
                                                                     : add_study(form, end);
   auto* row = new QHBoxLayout;
-  auto* folder = new QLineEdit(directory + QLatin1String(endings[k]));
+  auto* folder = new QLineEdit(new_folder(directory + QLatin1String(endings[k])));
   folder->setObjectName(QStringLiteral("computation_folder"));
   folder->setMinimumWidth(320);
   folder->setToolTip(tr(

@@ -141,10 +141,6 @@ void ResultsPanel::clear() {
   show_table({}, {});
 }
 
-bool ResultsPanel::is_empty() const {
-  return folders_.empty();
-}
-
 void ResultsPanel::choose(int row) {
   for (int i = 0; i < table_->rowCount(); ++i) {
     if (table_->item(i, 0)->data(kRow).toInt() == row) table_->selectRow(i);

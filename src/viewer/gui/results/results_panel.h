@@ -22,7 +22,6 @@ class ResultsPanel : public QWidget {
   void show_runs(const StudyGrid& grid, const QString& directory);
   void show_modes(const StudyGrid& grid, const QString& directory);
   void clear();
-  bool is_empty() const;
   /// Selects the row of a run or a mode, by its number in the table that was given.
   void choose(int row);
 

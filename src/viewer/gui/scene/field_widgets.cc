@@ -105,6 +105,7 @@ QWidget* FieldForm::make_vector(const Field& field, Row& row) {
   row.show = [vector, typed](const Field& shown) {
     Vector3 value = Vector3::Zero();
     const Json& json = shown.shown();
+    if (json.is_null()) return vector->set_none();
     for (std::size_t i = 0; i < 3 && json.is_array() && i < json.size(); ++i) {
       value[static_cast<Index>(i)] = number_in(json[i]);
     }

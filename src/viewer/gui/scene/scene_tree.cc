@@ -17,6 +17,8 @@ constexpr int kNumber = Qt::UserRole + 1;  // of an entry; −1 for a group with
 constexpr int kOff = Qt::UserRole + 2;     // of an entry that is off; otherwise −1
 constexpr int kIsList = Qt::UserRole + 3;
 
+constexpr int kSecondColumn = 28;  // its width, pixels
+
 // An eye, a crossed one, or a plus.
 enum class Sign { kOpenEye, kShutEye, kAdd };
 QPixmap picture(Sign sign, const QColor& color) {
@@ -69,7 +71,7 @@ SceneTree::SceneTree(QWidget* parent) : QTreeWidget(parent) {
   header()->setSectionResizeMode(0, QHeaderView::Stretch);
   header()->setSectionResizeMode(1, QHeaderView::Fixed);
   header()->setMinimumSectionSize(24);
-  header()->resizeSection(1, 28);
+  header()->resizeSection(1, kSecondColumn);
   setTextElideMode(Qt::ElideRight);
   setMinimumWidth(164);
   connect(this, &QTreeWidget::currentItemChanged, this, [this] {
@@ -92,7 +94,10 @@ void SceneTree::show_scene(const SceneEditor& editor) {
   std::vector<OutlineGroup> groups = editor.outline();
   std::vector<std::string> off;
   for (const OffEntry& entry : editor.off()) {
-    off.push_back(editor.is_off(entry) ? entry.section + entry.label : "");
+    std::string label = entry.label;
+    if (!has_names(entry.section)) label = text_in_units(entry.section, entry.table);
+    if (label.empty()) label = tr("off").toStdString();
+    off.push_back(editor.is_off(entry) ? label : "");
   }
   // An item that is in use must stay.
   if (menu_is_open_ || state() == EditingState) return;
@@ -108,6 +113,8 @@ void SceneTree::show_scene(const SceneEditor& editor) {
   clear();
   for (const OutlineGroup& group : shown_) {
     auto* top = new QTreeWidgetItem(this, {from_utf8(group.title)});
+    const int text = fontMetrics().horizontalAdvance(top->text(0));
+    setMinimumWidth(std::max(minimumWidth(), text + 2 * indentation() + kSecondColumn));
     top->setData(0, kSection, from_utf8(group.section));
     top->setData(0, kNumber, group.is_list ? -1 : 0);
     top->setData(0, kOff, -1);
@@ -135,7 +142,7 @@ void SceneTree::show_scene(const SceneEditor& editor) {
     for (std::size_t i = 0; i < shown_off_.size(); ++i) {
       const OffEntry& entry = editor.off()[i];
       if (!shown_off_[i].empty() && entry.section == group.section) {
-        add(entry.label, -1, static_cast<int>(i));
+        add(shown_off_[i], -1, static_cast<int>(i));
       }
     }
     top->setExpanded(true);

@@ -64,7 +64,7 @@ TransportBar::TransportBar(QWidget* parent)
   time_->setFont(large);
   time_->setObjectName(QStringLiteral("time"));
   time_->setAlignment(Qt::AlignRight | Qt::AlignVCenter);
-  time_->setMinimumWidth(time_->fontMetrics().horizontalAdvance(QStringLiteral("0.000000 s")));
+  time_->setMinimumWidth(time_->fontMetrics().horizontalAdvance(QStringLiteral("0.0000 s")));
   details_->setObjectName(QStringLiteral("transport_details"));
   details_->setMinimumWidth(fontMetrics().horizontalAdvance(QStringLiteral("step 0000000")));
   details_->setToolTip(tr("Steps, and simulated seconds in a second of wall clock"));
@@ -119,8 +119,11 @@ void TransportBar::begin(bool replay, RunKind kind) {
   kind_ = kind;
   stop_ = 0;
   stops_.clear();
-  loop_->setVisible(replay && kind != RunKind::kMode);
-  steps_->setVisible(!replay);
+  // What goes away makes room first: otherwise the window would grow.
+  QWidget* other[] = {loop_, steps_};
+  if (replay) std::swap(other[0], other[1]);
+  other[0]->setVisible(false);
+  other[1]->setVisible(kind != RunKind::kMode);
   timeline_->set_marks({});
   timeline_->setToolTip(replay ? tr("The frames of the run")
                                : tr("The states that the run has kept: drag to look back"));
@@ -184,6 +187,8 @@ void TransportBar::show_simulation(const Snapshot& snapshot, const std::vector<d
   stops_ = kept;
   if (stops_.empty() || stops_.back() < snapshot.newest) stops_.push_back(snapshot.newest);
   timeline_->set_stops(kept);
+  steps_->setVisible(
+      !snapshot.earlier);  // a small window has no room for it beside the button to continue
   QString details = tr("step %1").arg(static_cast<qlonglong>(snapshot.step));
   if (snapshot.adapted_step > 0.0) details += tr(" of %1").arg(seconds(snapshot.adapted_step, 3));
   details += QLatin1Char('\n');
@@ -267,6 +272,10 @@ void TransportBar::play_on() {
 
 double TransportBar::speed() const {
   return speed_->currentData().toDouble();
+}
+
+void TransportBar::set_speed(double speed) {
+  speed_->setCurrentIndex(speed_->findData(speed));
 }
 
 int TransportBar::steps_per_picture() const {

@@ -50,6 +50,7 @@ class TransportBar : public QWidget {
   bool playing() const;
   /// Simulated seconds in a second; 0: as fast as it goes.
   double speed() const;
+  void set_speed(double speed);
   int steps_per_picture() const;
 
  signals:

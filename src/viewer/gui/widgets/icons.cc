@@ -36,7 +36,9 @@ constexpr Drawing kDrawings[] = {
     {false, "M 2 13 L 5 9 L 6 12 L 8 6.5 L 9 9.5 L 13.5 2.5 M 10 2.5 L 13.5 2.5 L 13.5 6"},
     {false, "M 2.5 13.5 L 13 3 M 8 3 L 13 3 L 13 8"},
     {false, "M 2 8 L 13.5 8 M 9.5 4 L 13.5 8 L 9.5 12 M 2 4 L 6 4 M 2 12 L 6 12"},
-    {false, "M 3.5 3.5 L 12.5 12.5 M 12.5 3.5 L 3.5 12.5"}};
+    {false, "M 3.5 3.5 L 12.5 12.5 M 12.5 3.5 L 3.5 12.5"},
+    {false, "M 2 8 L 14 8 M 5 5 L 2 8 L 5 11 M 11 5 L 14 8 L 11 11"},
+    {false, "M 8 2 L 8 10 M 4.5 7 L 8 10.5 L 11.5 7 M 2.5 11 L 2.5 14 L 13.5 14 L 13.5 11"}};
 
 QPainterPath path_of(const char* text) {
   QPainterPath path;

@@ -17,7 +17,9 @@ enum class Icon {
   kDrag,
   kForce,
   kMomentum,
-  kClose
+  kClose,
+  kWhole,
+  kSave
 };
 
 /// Sharp at every size. It follows the theme.

@@ -196,8 +196,11 @@ double NumberField::dragged_value() const {
 }
 
 void NumberField::mousePressEvent(QMouseEvent* event) {
-  const bool begins = draggable_ && event->button() == Qt::LeftButton && !hasFocus() && !instead_;
-  if (begins) {
+  const bool is_first = draggable_ && event->button() == Qt::LeftButton && !hasFocus();
+  if (is_first && instead_) {
+    setFocus(Qt::MouseFocusReason);
+    selectAll();
+  } else if (is_first) {
     const int x = event->pos().x();
     drag_ = Drag{.from = x, .last = x, .value = value_};
     event->accept();

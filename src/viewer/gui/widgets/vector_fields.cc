@@ -50,6 +50,12 @@ void VectorFields::set_value(const Vector3& value) {
   }
 }
 
+void VectorFields::set_none() {
+  for (std::size_t i = 0; i < 3; ++i) {
+    if (!typed_[i]) fields_[i]->set_text_value({});
+  }
+}
+
 bool VectorFields::has_focus() const {
   return std::find(fields_.begin(), fields_.end(), QApplication::focusWidget()) != fields_.end();
 }

@@ -39,6 +39,8 @@ class VectorFields : public QWidget {
   Vector3 value() const;
   /// Shows the present vector, unless the user is typing another one.
   void set_value(const Vector3& value);
+  /// The same if there is none: the fields are empty.
+  void set_none();
 
  signals:
   void entered(const tetraction::viewer::EnteredVector& vector);

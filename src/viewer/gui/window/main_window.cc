@@ -144,6 +144,7 @@ void MainWindow::poll() {
     const auto snapshot = simulation_->snapshot();
     const bool new_body = snapshot->body != shown_body_;
     if (new_body) {  // the simulation was reset
+      const auto act = std::exchange(after_new_body_, {});
       shown_body_ = snapshot->body;
       chart_->clear();
       history_rows_ = 0;
@@ -151,7 +152,7 @@ void MainWindow::poll() {
       shown_pause_ = Pause::kNone;
       if (&simulation_->mesh() != shown_mesh_) show_other_mesh();
       chart_->set_probes(chart_probes(simulation_->scene().probe));
-      if (const auto act = std::exchange(after_new_body_, {})) act();
+      if (act) act();
     }
     if (snapshot->generation != shown_generation_) {
       shown_generation_ = snapshot->generation;

@@ -19,6 +19,7 @@
 
 class QLabel;
 class QStackedWidget;
+class QTabWidget;
 
 namespace tetraction::viewer {
 
@@ -133,7 +134,7 @@ class MainWindow : public QMainWindow {
   void show_simulation(Opened opened);
   void show_replay(std::unique_ptr<Replay> replay, std::shared_ptr<const BodyShape> shape);
   void begin_body(const TetMesh& mesh, std::shared_ptr<const BodyShape> shape);
-  void show_restored(UnsavedScene& unsaved);
+  void show_restored(const Scene& scene, const std::shared_ptr<UnsavedScene>& unsaved);
   void forget_edits();
   void show_mesh_message();
   void show_other_mesh();
@@ -226,7 +227,6 @@ class MainWindow : public QMainWindow {
   UnsavedEdits unsaved_;
   std::size_t kept_edits_ = 0;               // Simulation::edit_count() of that file
   std::shared_ptr<UnsavedScene> restoring_;  // that is being read
-  bool is_restored_ = false;                 // whether it is shown and not saved
   std::function<void()> after_new_body_;     // what to do when the simulation has been reset
 
   // The data that were shown last.
@@ -256,7 +256,7 @@ class MainWindow : public QMainWindow {
     Opened opened;
     QString path;
     std::size_t saved_edits = 0;
-    bool is_restored = false;
+    double speed = 1.0;
   };
   std::optional<Kept> kept_;  // the simulation while its results are shown
   std::shared_ptr<const StoredModes> modes_;
@@ -264,6 +264,7 @@ class MainWindow : public QMainWindow {
 
   BodyView* view_;
   Comparison* comparison_;
+  QTabWidget* charts_and_results_ = nullptr;
   ResultsPanel* results_ = nullptr;
   Computation* computation_ = nullptr;
   MessageStrip* messages_;

@@ -32,6 +32,11 @@ MessageStrip::MessageStrip(QWidget* over) : QFrame(over), column_(new QVBoxLayou
 void MessageStrip::show_message(Kind kind, const QString& text, const QString& cause,
                                 std::vector<MessageAction> actions) {
   end(cause);
+  // What is said already, perhaps of another cause, is not said twice.
+  const auto same = std::find_if(cards_.begin(), cards_.end(), [&](const auto& card) {
+    return card.second.label->text() == text;
+  });
+  if (same != cards_.end()) end(QString(same->first));
   while (static_cast<int>(cards_.size()) >= kMostCards) {
     QWidget* oldest = column_->itemAt(0)->widget();
     const auto card = std::find_if(cards_.begin(), cards_.end(),

@@ -98,6 +98,25 @@ Opened open_file(const std::string& path, std::optional<double> scale) {
   return open_run(path);
 }
 
+Opened open_unsaved(const std::string& file, const std::string& document) {
+  Scene restored = open_scene(file).scene;
+  Document before;
+  const bool is_mesh = !document.empty() && kind_of(document) == DocumentKind::kMesh;
+  try {
+    before = document.empty() ? first_scene()
+             : is_mesh        ? open_mesh(document, restored.mesh.scale)
+                              : open_scene(document);
+  } catch (const Error&) {
+    before = open_scene(file);
+    before.scene.event.clear();
+  }
+  Opened opened = set_up(std::move(before));
+  if (is_mesh) opened.mesh_scale = restored.mesh.scale;
+  opened.off = off_entries_in(read_file(file));
+  opened.restored = std::move(restored);
+  return opened;
+}
+
 Opened open_pair(const std::string& first, const std::string& second) {
   Opened opened = open_run(first);
   Opened other = open_run(second);

@@ -24,6 +24,8 @@ struct Opened {
   std::shared_ptr<const StoredModes> modes;  ///< of which `replay` is the first
   std::unique_ptr<Replay> other;             ///< a run to be compared with `replay`
   std::shared_ptr<const BodyShape> other_shape;
+  std::optional<Scene>
+      restored;  ///< with edits that were not saved, to be set up in place of the simulation
 };
 
 /// Sets up the simulation of a document. Throws InputError.
@@ -33,6 +35,10 @@ Opened set_up(Document document);
 /// mesh. Thread-safe. `scale` multiplies the coordinates of a mesh; it is not allowed for a scene or a
 /// run. Throws FileError if a file is missing or malformed, and InputError if the scene is wrong.
 Opened open_file(const std::string& path, std::optional<double> scale);
+
+/// Reads a scene with edits that were not saved, and the document that they were made in (empty: the first scene). If that
+/// cannot be read, the simulation is that of the scene without events. Throws FileError and InputError.
+Opened open_unsaved(const std::string& file, const std::string& document);
 
 /// Reads two runs to be compared. Throws FileError, and InputError if they cannot be compared.
 Opened open_pair(const std::string& first, const std::string& second);

@@ -33,6 +33,7 @@ constexpr int kRecentFiles = 8;
 constexpr int kTreeWidth = 200;       // of a new window, pixels
 constexpr int kInspectorWidth = 296;  // of a new window, pixels
 constexpr int kChartHeight = 240;     // of a new window, pixels
+constexpr int kWaitForFrame_ms = 300;
 
 }  // namespace
 
@@ -212,6 +213,7 @@ void MainWindow::make_simulation_menu() {
   continue_->setToolTip(
       tr("Continues from the state that is shown, with the settings of now. Undo "
          "brings the later states back (Shift+Space)"));
+  continue_->setIconText(tr("Continue"));
   continue_->setVisible(false);
   menu->addSeparator();
   restart_ = menu->addAction(tr("R&estart"), this, &MainWindow::restart, QKeySequence(tr("R")));
@@ -422,6 +424,11 @@ void MainWindow::restore_window() {
     for (QDockWidget* dock : findChildren<QDockWidget*>()) {
       if (dock->isFloating() && dock->isVisible()) dock->raise();
     }
+  });
+  // Nor may the frame of the window, which is not known before, push the status bar off the screen.
+  QTimer::singleShot(kWaitForFrame_ms, this, [this, room] {
+    const QSize frame = frameGeometry().size() - size();
+    if (!isMaximized() && !isFullScreen()) resize(size().boundedTo(room - frame));
   });
   drawing_->load(settings);
 }

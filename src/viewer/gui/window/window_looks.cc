@@ -94,7 +94,6 @@ void MainWindow::probe_selection() {
 // The panels where they are in a new window, and the window as large.
 void MainWindow::reset_layout() {
   restoreState(first_layout_);
-  update_results_actions();
   resize(first_size());
 }
 

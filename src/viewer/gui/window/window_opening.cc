@@ -69,6 +69,7 @@ void MainWindow::finish_opening() {
   try {
     Opened opened = opening_.get();
     const std::optional<double> mesh_scale = opened.mesh_scale;
+    const std::optional<Scene> restored = std::move(opened.restored);
     const bool has_body = opened.replay || opened.simulation;
     if (opened.replay) {
       if (opens_result_) keep_simulation();
@@ -76,13 +77,13 @@ void MainWindow::finish_opening() {
     } else if (opened.simulation) {
       show_simulation(std::move(opened));
     }
-    if (restoring) {
-      show_restored(*restoring);
+    if (has_body) {
+      path_ = restored ? restoring->document : path;
+      mesh_scale_ = mesh_scale;
+    }
+    if (restored) {
+      show_restored(*restored, restoring);
     } else {
-      if (has_body) {
-        path_ = path;
-        mesh_scale_ = mesh_scale;
-      }
       show_results(opened, path, has_body);
       if (mesh_scale) show_mesh_message();
       remember_file(QFileInfo(path).absoluteFilePath());
@@ -97,17 +98,14 @@ void MainWindow::finish_opening() {
   update_actions();
 }
 
-// The edits at the start hold at once, and all of them are not saved.
-void MainWindow::show_restored(UnsavedScene& unsaved) {
-  path_ = unsaved.document;
-  if (!path_.isEmpty() && kind_of(path_.toLocal8Bit().toStdString()) == DocumentKind::kMesh) {
-    mesh_scale_ = simulation_->scene().mesh.scale;
-  }
+// All edits are one entry of Undo. Those at the start hold at once. None of them is saved.
+void MainWindow::show_restored(const Scene& scene, const std::shared_ptr<UnsavedScene>& unsaved) {
+  simulation_->set_up(scene, tr("edits from before the crash").toStdString());
   simulation_->make_due_events();
-  is_restored_ = true;
-  kept_edits_ = 1;  // not 0, which the new simulation has: the file is written
-  keep_unsaved_edits();
-  unsaved.discard();
+  after_new_body_ = [this, unsaved] {
+    keep_unsaved_edits();
+    unsaved->discard();
+  };
 }
 
 // Tells the user the size and the default material of a mesh that was opened without a scene.
@@ -145,15 +143,13 @@ void MainWindow::ask_scale() {
 }
 
 bool MainWindow::has_unsaved_edits() const {
-  return simulation_ && (is_restored_ || simulation_->edited_since(saved_edits_));
+  return simulation_ && simulation_->edited_since(saved_edits_);
 }
 
 // Asks the user what to do with edits that are not saved. Returns false if the user does not want to
 // lose them and has not saved them.
 bool MainWindow::may_lose_edits() {
-  if (kept_ && (kept_->is_restored || kept_->opened.simulation->edited_since(kept_->saved_edits))) {
-    back_to_simulation();
-  }
+  if (kept_ && kept_->opened.simulation->edited_since(kept_->saved_edits)) back_to_simulation();
   if (!has_unsaved_edits()) return true;
   const QString last = QString::fromStdString(simulation_->undo_text());
   QMessageBox box(
@@ -198,7 +194,6 @@ void MainWindow::show_replay(std::unique_ptr<Replay> replay,
 // The edits of the document before are saved, or the user does not want them.
 void MainWindow::forget_edits() {
   saved_edits_ = kept_edits_ = 0;
-  is_restored_ = false;
   unsaved_.forget();
 }
 

@@ -29,13 +29,9 @@ void MainWindow::make_docks() {
   setCorner(Qt::BottomLeftCorner, Qt::LeftDockWidgetArea);
   setCorner(Qt::BottomRightCorner, Qt::RightDockWidgetArea);
   // Settings of a simulation, or a text while a run is replayed, which has none that could be changed.
-  const auto live = [this](QWidget* panel) {
+  const auto live = [this](QWidget* panel, const QString& of_replay) {
     auto* pages = new QStackedWidget(this);
-    auto* text =
-        new QLabel(tr("A finished run is shown. Its settings are in the file summary.json of its "
-                      "folder. Space plays the frames, S shows the next one, and R goes back to "
-                      "the first."),
-                   pages);
+    auto* text = new QLabel(of_replay, pages);
     text->setObjectName(QStringLiteral("replay_text"));
     text->setWordWrap(true);
     text->setMargin(8);
@@ -73,9 +69,15 @@ void MainWindow::make_docks() {
     dock->setWidget(scroll);
     return dock;
   };
-  add(Qt::LeftDockWidgetArea, live(scene_->tree()), tr("Scene"), "dock_scene", false);
-  QDockWidget* inspector =
-      add(Qt::RightDockWidgetArea, live(scene_->inspector()), tr("Inspector"), "dock_inspector");
+  add(Qt::LeftDockWidgetArea,
+      live(scene_->tree(), tr("A finished run is shown. Its settings are in the file summary.json "
+                              "of its folder.")),
+      tr("Scene"), "dock_scene", false);
+  QDockWidget* inspector = add(
+      Qt::RightDockWidgetArea,
+      live(scene_->inspector(), tr("Space plays the frames, S shows the next one, and R goes back "
+                                   "to the first. Drawing has the colours and shapes.")),
+      tr("Inspector"), "dock_inspector");
   tabifyDockWidget(inspector,
                    add(Qt::RightDockWidgetArea, vertex_, tr("Vertices"), "dock_vertices"));
   tabifyDockWidget(inspector,

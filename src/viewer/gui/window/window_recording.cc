@@ -5,9 +5,10 @@
 #include <QFileInfo>
 #include <QInputDialog>
 #include <QLabel>
+#include <QLineEdit>
 #include <QLocale>
-#include <QPainter>
 #include <QProcess>
+#include <QSaveFile>
 #include <QStandardPaths>
 #include <QStatusBar>
 #include <QThreadPool>
@@ -23,6 +24,7 @@
 #include "tetraction/io/run_recorder.h"
 #include "tetraction/io/scene_writer.h"
 #include "viewer/gui/body/body_view.h"
+#include "viewer/gui/results/comparison.h"
 #include "viewer/gui/scene/scene_panels.h"
 #include "viewer/gui/transport/transport_bar.h"
 
@@ -48,7 +50,6 @@ std::unique_ptr<QProcess> start_film(const QString& path, const QSize& size, dou
   const bool is_webm = path.endsWith(QLatin1String(".webm"), Qt::CaseInsensitive);
   auto process = std::make_unique<QProcess>();
   process->setStandardOutputFile(QProcess::nullDevice());
-  process->setStandardErrorFile(QProcess::nullDevice());
   process->start(ffmpeg(), {"-loglevel",
                             "error",
                             "-y",
@@ -74,18 +75,32 @@ std::unique_ptr<QProcess> start_film(const QString& path, const QSize& size, dou
   return process;
 }
 
-// The middle of a picture, scaled such that it fills the size.
-QImage filling(const QImage& picture, const QSize& size) {
-  if (picture.size() == size) return picture;
-  const QImage scaled =
-      picture.scaled(size, Qt::KeepAspectRatioByExpanding, Qt::SmoothTransformation);
-  return scaled.copy(QRect(
-      QPoint((scaled.width() - size.width()) / 2, (scaled.height() - size.height()) / 2), size));
-}
-
 QString picture_path(const QString& folder, std::size_t number) {
   return QDir(folder).filePath(
       QStringLiteral("picture_%1.png").arg(number, 6, 10, QLatin1Char('0')));
+}
+
+// Makes a folder whose name is typed, which Qt's dialog would refuse.
+class FolderDialog : public QFileDialog {
+ public:
+  using QFileDialog::QFileDialog;
+
+ protected:
+  void accept() override {
+    const auto* name = findChild<QLineEdit*>(QStringLiteral("fileNameEdit"));
+    if (name != nullptr && !name->text().isEmpty()) directory().mkpath(name->text());
+    QFileDialog::accept();
+  }
+};
+
+// Empty if the user wants none.
+QString ask_folder(QWidget* parent, const QString& title) {
+  FolderDialog dialog(parent, title);
+  dialog.setFileMode(QFileDialog::Directory);
+  dialog.setOption(QFileDialog::ShowDirsOnly);
+  dialog.setOption(QFileDialog::DontUseNativeDialog);
+  if (dialog.exec() != QDialog::Accepted) return {};
+  return dialog.selectedFiles().value(0);
 }
 
 QString ask_scene_path(QWidget* parent) {
@@ -119,7 +134,6 @@ bool MainWindow::save_scene(const QString& path) {
   const std::size_t edits = simulation_->edit_count();
   if (!write(simulation_->recorded_scene(), path)) return false;
   saved_edits_ = edits;
-  is_restored_ = false;
   unsaved_.forget();
   return true;
 }
@@ -159,9 +173,9 @@ void MainWindow::offer(const std::shared_ptr<UnsavedScene>& unsaved) {
 void MainWindow::restore(const std::shared_ptr<UnsavedScene>& unsaved) {
   if (opening() || !may_lose_edits()) return offer(unsaved);
   restoring_ = unsaved;
-  begin_opening(unsaved->file,
-                std::async(std::launch::async, open_file, unsaved->file.toLocal8Bit().toStdString(),
-                           std::optional<double>()));
+  begin_opening(unsaved->file, std::async(std::launch::async, open_unsaved,
+                                          unsaved->file.toLocal8Bit().toStdString(),
+                                          unsaved->document.toLocal8Bit().toStdString()));
 }
 
 bool MainWindow::write(const Scene& scene, const QString& path) {
@@ -179,17 +193,19 @@ void MainWindow::ask_save_screenshot() {
   const QString path = QFileDialog::getSaveFileName(
       this, tr("Save what the view shows"), QStringLiteral("body.png"), tr("Pictures (*.png)"));
   if (path.isEmpty()) return;
-  if (view_->picture().save(path)) {
+  QSaveFile file(path);  // keeps an earlier picture if it fails
+  if (file.open(QIODevice::WriteOnly) && comparison_->picture().save(&file, "PNG") &&
+      file.commit()) {
     statusBar()->showMessage(tr("%1 is written.").arg(path), 8000);
   } else {
-    show_error(tr("%1: cannot be written. Choose another folder.").arg(path));
+    show_error(
+        tr("%1: cannot be written (%2). Choose another folder.").arg(path, file.errorString()));
   }
 }
 
 void MainWindow::ask_record_pictures(bool on) {
   const QString folder =
-      on ? QFileDialog::getExistingDirectory(this, tr("Folder for picture_000001.png and so on"))
-         : QString();
+      on ? ask_folder(this, tr("Folder for picture_000001.png and so on")) : QString();
   if (folder.isEmpty()) {
     stop_pictures();
   } else {
@@ -231,8 +247,10 @@ void MainWindow::stop_pictures() {
   if (simulation_) simulation_->set_picture_interval(0.0);
   show_recording();
   if (picture_queue_->film && picture_queue_->failed) {
-    show_error(tr("%1: ffmpeg could not make the film. Choose another file, or record pictures.")
-                   .arg(folder));
+    const QString reason =
+        QString::fromLocal8Bit(picture_queue_->film->readAllStandardError()).trimmed();
+    show_error(tr("%1: ffmpeg could not make the film. %2 Choose another file, or record pictures.")
+                   .arg(folder, reason.section(QLatin1Char('\n'), 0, 0)));
   } else if (picture_queue_->failed) {
     show_error(tr("%1: not all pictures could be written. Choose another folder.").arg(folder));
   } else {
@@ -264,7 +282,7 @@ void MainWindow::show_recording() {
   status_recording_->setToolTip(
       QStringList{run_folder_, picture_folder_}.join(QLatin1Char('\n')).trimmed());
   status_recording_->setVisible(!what.isEmpty());
-  view_->set_recording(!picture_folder_.isEmpty());
+  comparison_->set_recording(!picture_folder_.isEmpty());
 }
 
 void MainWindow::record_pictures(const QString& path, const QSize& size) {
@@ -295,7 +313,7 @@ void MainWindow::record_pictures(const QString& path, const QSize& size) {
     }
     if (film) {
       // Films need even numbers of pixels.
-      const QSize all = size.isEmpty() ? view_->picture().size() : size;
+      const QSize all = size.isEmpty() ? comparison_->picture().size() : size;
       picture_queue_->size = QSize(all.width() & ~1, all.height() & ~1);
       picture_queue_->film = start_film(path, picture_queue_->size, rate);
     }
@@ -311,8 +329,7 @@ void MainWindow::record_picture() {
     if (number == next_picture_) return;
     next_picture_ = number;
   }
-  const QSize& size = picture_queue_->size;
-  const QImage picture = size.isEmpty() ? view_->picture() : filling(view_->picture(size), size);
+  const QImage picture = comparison_->picture(picture_queue_->size);
   if (QProcess* film = picture_queue_->film.get()) {
     const QImage rgb = picture.convertToFormat(QImage::Format_RGB888);
     for (int y = 0; y < rgb.height(); ++y) {
@@ -342,8 +359,7 @@ void MainWindow::ask_record_run(bool on) {
   bool wanted = false;
   int frame_every = 1;
   if (on) {
-    folder = QFileDialog::getExistingDirectory(
-        this, tr("Empty folder for frames.pvd, history.csv, summary.json"));
+    folder = ask_folder(this, tr("Empty folder for frames.pvd, history.csv, summary.json"));
     constexpr double kFramesASecond = 25.0;
     const double steps = 1.0 / (kFramesASecond * simulation_->settings().time.step);
     const int usual = static_cast<int>(std::clamp(std::round(steps), 1.0, 1e6));

@@ -11,6 +11,7 @@
 #include <QPushButton>
 #include <QSpinBox>
 #include <QStatusBar>
+#include <QTabWidget>
 #include <algorithm>
 #include <utility>
 
@@ -66,12 +67,18 @@ void MainWindow::make_compute_menu() {
 
 // The table of results, and the sign of a computation in the status bar.
 void MainWindow::make_results() {
-  auto* dock = new QDockWidget(tr("Results"), this);
-  dock->setObjectName(QStringLiteral("dock_results"));
-  results_ = new ResultsPanel(dock);
-  dock->setWidget(results_);
-  tabifyDockWidget(findChild<QDockWidget*>(QStringLiteral("dock_charts")), dock);
-  dock->hide();
+  auto* dock = findChild<QDockWidget*>(QStringLiteral("dock_charts"));
+  charts_and_results_ = new QTabWidget(dock);
+  // The Tab key would stop at a row of tabs that is hidden.
+  charts_and_results_->setFocusProxy(nullptr);
+  charts_and_results_->setFocusPolicy(Qt::NoFocus);
+  charts_and_results_->setDocumentMode(true);
+  charts_and_results_->setTabBarAutoHide(true);
+  charts_and_results_->setTabPosition(QTabWidget::South);
+  charts_and_results_->addTab(chart_, tr("Charts"));
+  dock->setWidget(charts_and_results_);
+  results_ = new ResultsPanel(this);
+  results_->hide();
   for (QPushButton* button : results_->findChildren<QPushButton*>()) {
     button->setFocusPolicy(Qt::TabFocus);
   }
@@ -120,8 +127,6 @@ void MainWindow::update_results_actions() {
   cancel_computation_->setEnabled(computes);
   back_to_simulation_->setEnabled(kept_.has_value());
   compare_->setEnabled(replay_ && replay_->kind() != RunKind::kMode);
-  auto* dock = findChild<QDockWidget*>(QStringLiteral("dock_results"));
-  dock->toggleViewAction()->setEnabled(!results_->is_empty());
 }
 
 // Writes the scene with all edits to the folder of the results, and starts the command with it.
@@ -198,7 +203,6 @@ void MainWindow::open_result(const QString& path, const QString& second) {
 
 // Shows what was opened beside a replay.
 void MainWindow::show_results(Opened& opened, const QString& path, bool has_replay) {
-  auto* dock = findChild<QDockWidget*>(QStringLiteral("dock_results"));
   if (opened.runs) {
     end_results();
     results_->show_runs(*opened.runs, path);
@@ -217,10 +221,17 @@ void MainWindow::show_results(Opened& opened, const QString& path, bool has_repl
     drawing_->color_by(find_quantity("displacement"));
   }
   if (opened.runs || opened.modes) {
-    dock->show();
-    dock->raise();
+    findChild<QDockWidget*>(QStringLiteral("dock_charts"))->show();
+    charts_and_results_->addTab(results_, tr("Results"));
+    charts_and_results_->setCurrentWidget(results_);
   }
   if (opened.modes) results_->choose(0);
+  if (path == computation_->directory()) {
+    for (const QString& warning : computation_->warnings()) {
+      messages_->show_message(MessageStrip::Kind::kWarning,
+                              QString::fromStdString(sentence(warning.toStdString())), warning);
+    }
+  }
   if (opened.other) {
     std::vector<HistoryRow> rows = opened.other->history();
     if (opened.other->probes() != replay_->probes()) {
@@ -251,7 +262,7 @@ void MainWindow::show_mode(int mode) {
 void MainWindow::end_results() {
   modes_.reset();
   results_->clear();
-  findChild<QDockWidget*>(QStringLiteral("dock_results"))->hide();
+  charts_and_results_->removeTab(charts_and_results_->indexOf(results_));
   if (const auto field = std::exchange(field_before_modes_, {})) drawing_->color_by(*field);
 }
 
@@ -270,7 +281,7 @@ void MainWindow::keep_simulation() {
   edits_->release();
   simulation_->pause();
   stop_recording();
-  kept_ = Kept{{}, path_, saved_edits_, is_restored_};
+  kept_ = Kept{{}, path_, saved_edits_, transport_->speed()};
   kept_->opened.off = scene_->off();
   kept_->opened.mesh_scale = mesh_scale_;
   edits_.reset();
@@ -286,10 +297,10 @@ void MainWindow::back_to_simulation() {
   kept.opened.shape = make_body_shape(kept.opened.simulation->mesh());
   const std::optional<double> scale = kept.opened.mesh_scale;
   show_simulation(std::move(kept.opened));
+  transport_->set_speed(kept.speed);
   path_ = kept.path;
   mesh_scale_ = scale;
   saved_edits_ = kept.saved_edits;
-  is_restored_ = kept.is_restored;
   kept_edits_ = simulation_->edit_count() + 1;  // so that they are kept again
   update_title();
   update_actions();

@@ -46,6 +46,7 @@ void MainWindow::show_running(bool running) {
 // Shows the time and the kept states of the simulation, and puts the slider above the axis of the chart.
 void MainWindow::update_transport() {
   if (const auto state = view_->state(); simulation_ && state) {
+    if (!state->earlier) continue_->setVisible(false);  // makes room for what is shown again
     transport_->show_simulation(*state, simulation_->kept_times());
     transport_->timeline()->set_marks(simulation_->marks());
     chart_->set_cursor(state->earlier ? state->time : std::numeric_limits<double>::quiet_NaN());
@@ -53,8 +54,7 @@ void MainWindow::update_transport() {
     continue_->setVisible(state->earlier);
     continue_->setEnabled(state->earlier);
   }
-  // Qt puts a panel behind another tab outside the window, where it counts as visible.
-  const bool above = chart_->window() == this && !chart_->visibleRegion().isEmpty();
+  const bool above = chart_->isVisible() && chart_->window() == this;
   const auto place = [this](int x) {
     return transport_->mapFrom(this, chart_->canvas()->mapTo(this, QPoint(x, 0))).x();
   };
