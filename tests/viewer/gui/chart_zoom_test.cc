@@ -1,5 +1,6 @@
 // The user's own zoom of a chart: with the mouse, and it stays while the run goes on.
 #include <QWheelEvent>
+#include <cmath>
 
 #include "window_test.h"
 
@@ -65,6 +66,29 @@ TEST_F(ChartZoom, EndsWhereNumbersAreTheSame) {
   ASSERT_TRUE(QTest::qWaitForWindowExposed(&alone));
   alone.refresh();
   EXPECT_GT(alone.axis_ranges()[3] - alone.axis_ranges()[2], 1e8);
+}
+
+// The energies of a body of micrometres are far below the round-off of a metre's.
+TEST_F(ChartZoom, EnergiesOfASmallBodyFillTheChart) {
+  LiveChart small;
+  small.set_body_size(3e-5);
+  std::vector<HistoryRow> rows(50);
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    rows[i].time = 1e-9 * static_cast<double>(i);
+    rows[i].kinetic = rows[i].total = 1e-18 * std::sin(0.2 * static_cast<double>(i));
+  }
+  small.append(rows);
+  small.resize(500, 300);
+  small.show();
+  ASSERT_TRUE(QTest::qWaitForWindowExposed(&small));
+  small.refresh();
+  EXPECT_LT(small.axis_ranges()[3] - small.axis_ranges()[2], 3e-18);
+  EXPECT_GT(small.ticks()[1].size(), 2U);
+  // Those of a large one are round-off.
+  small.set_body_size(1.0);
+  small.append({rows.front()});
+  small.refresh();
+  EXPECT_GT(small.axis_ranges()[3] - small.axis_ranges()[2], 1.0);
 }
 
 TEST_F(ChartZoom, TheWheelZooms) {

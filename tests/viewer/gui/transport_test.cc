@@ -226,6 +226,28 @@ TEST_F(Transport, FfmpegMakesFilmsOfTheSizeWithAllPictures) {
   }
 }
 
+// An ffmpeg that neither reads nor ends does not hold the window for long.
+TEST_F(Transport, AnFfmpegThatHangsIsKilled) {
+  QTemporaryDir folder;
+  QFile program(folder.filePath(QStringLiteral("ffmpeg")));
+  ASSERT_TRUE(program.open(QIODevice::WriteOnly));
+  program.write("#!/bin/sh\nexec sleep 1000\n");
+  program.close();
+  program.setPermissions(QFile::ReadOwner | QFile::WriteOwner | QFile::ExeOwner);
+  const QByteArray path = qgetenv("PATH");
+  qputenv("PATH", folder.path().toLocal8Bit() + ":" + path);
+  show(quiet_beam());
+  window_->record_pictures(folder.filePath(QStringLiteral("film.webm")));
+  EXPECT_TRUE(find<QLabel>("recording_sign")->isVisible());
+  QElapsedTimer time;
+  time.start();
+  window_->stop_recording();
+  qputenv("PATH", path);
+  EXPECT_LT(time.elapsed(), 30'000);
+  expect_told(QStringLiteral("ffmpeg could not make the film"));
+  EXPECT_FALSE(find<QLabel>("recording_sign")->isVisible());
+}
+
 TEST_F(Transport, WithoutFfmpegAFilmIsRefused) {
   const QByteArray path = qgetenv("PATH");
   qputenv("PATH", "");

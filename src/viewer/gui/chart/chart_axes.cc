@@ -37,9 +37,12 @@ void LiveChart::scale() {
     constexpr double kDecades = 12.0;
     if (logarithmic_) low = std::max(low, high - kDecades);
     double room = 0.06 * (high - low);
-    // The range is not smaller than round-off.
+    // The range is not smaller than round-off, which is in proportion to the volume of the body.
+    const double unit = std::pow(std::min(size_, 1.0), 3);
     const double size = std::max(std::abs(low), std::abs(high));
-    if (room < 1e-12 || !is_drawable(low, high)) room = size < 1e-12 ? 1.0 : 0.1 * size;
+    if (room < 1e-12 * unit || !is_drawable(low, high)) {
+      room = size < 1e-12 * unit ? unit : 0.1 * size;
+    }
     y->SetRange(low - room, high + room);
     const double begin = rows_.empty() ? 0.0 : rows_.front().time;
     double end = rows_.empty() ? 1.0 : rows_.back().time;

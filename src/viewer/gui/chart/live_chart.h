@@ -38,6 +38,8 @@ class LiveChart : public QWidget {
 
   /// Removes all data, for another body or a run that is started again.
   void clear();
+  /// The length of the body, m. The energies of the round-off of a small body are smaller, too.
+  void set_body_size(double length) { size_ = length; }
   /// The probes whose values the rows have, and the kind of the run. Without probes there is no tab for
   /// them.
   void set_probes(const std::vector<ChartProbe>& probes, RunKind run = RunKind::kMotion);
@@ -110,6 +112,7 @@ class LiveChart : public QWidget {
   double cursor_;
   bool stale_ = true;      // whether the chart must be drawn again
   bool following_ = true;  // whether the axes show the whole run
+  double size_ = 1.0;      // of the body, m
   bool logarithmic_ = false;
   QPointF pressed_at_;
   bool pressed_ = false;  // whether a mouse button is pressed on the chart

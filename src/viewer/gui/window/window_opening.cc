@@ -248,6 +248,7 @@ void MainWindow::begin_body(const TetMesh& mesh, std::shared_ptr<const BodyShape
   stop_recording();  // may show a message
   comparison_->begin({}, nullptr, nullptr);
   chart_->clear();
+  chart_->set_body_size((shape->high - shape->low).norm());
   shown_generation_ = 0;
   shown_history_ = 0;
   history_rows_ = 0;

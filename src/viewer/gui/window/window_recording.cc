@@ -1,6 +1,7 @@
 // Saves scenes, and records pictures and runs.
 #include <QAction>
 #include <QDir>
+#include <QElapsedTimer>
 #include <QFileDialog>
 #include <QFileInfo>
 #include <QInputDialog>
@@ -34,7 +35,7 @@ namespace {
 constexpr int kMostWaiting = 16;            // largest number of pictures in the queue
 constexpr double kRate = 25.0;              // pictures in a second of a film
 constexpr qint64 kMostBytes = 100'000'000;  // that wait for ffmpeg
-constexpr int kWaitForFilm_ms = 60'000;
+constexpr int kPatience_ms = 10'000;        // with an ffmpeg that makes no progress
 
 bool is_film(const QString& path) {
   return path.endsWith(QLatin1String(".webm"), Qt::CaseInsensitive) ||
@@ -107,6 +108,25 @@ QString ask_scene_path(QWidget* parent) {
   return QFileDialog::getSaveFileName(
       parent, MainWindow::tr("Save the scene with all edits as events"),
       QStringLiteral("recorded.toml"), MainWindow::tr("Scenes (*.toml)"));
+}
+
+// Waits until ffmpeg has made a film of all pictures. Kills it, and returns false, when it makes no progress any more.
+bool wait_for_end(QProcess& ffmpeg, const QString& film) {
+  constexpr int kLook_ms = 200;
+  qint64 last = -1;
+  QElapsedTimer since_progress;
+  since_progress.start();
+  while (ffmpeg.state() != QProcess::NotRunning && !ffmpeg.waitForFinished(kLook_ms)) {
+    // The pictures that wait become fewer, or the film grows.
+    const qint64 now = QFileInfo(film).size() - ffmpeg.bytesToWrite();
+    if (now != last) since_progress.restart();
+    last = now;
+    if (since_progress.elapsed() < kPatience_ms) continue;
+    ffmpeg.kill();
+    ffmpeg.waitForFinished();
+    return false;
+  }
+  return true;
 }
 
 }  // namespace
@@ -239,7 +259,7 @@ void MainWindow::stop_pictures() {
   QThreadPool::globalInstance()->waitForDone();
   if (QProcess* film = picture_queue_->film.get()) {
     film->closeWriteChannel();
-    const bool ended = film->waitForFinished(kWaitForFilm_ms);
+    const bool ended = wait_for_end(*film, picture_folder_);
     picture_queue_->failed = picture_queue_->failed || !ended || film->exitCode() != 0 ||
                              film->exitStatus() != QProcess::NormalExit;
   }
