@@ -30,13 +30,13 @@ TEST_F(Drags, AnOrdinaryDragLeavesARunThatGoesOn) {
   window_->simulation()->run();
   while_pressed_ = [&] {
     wait(400);
+    EXPECT_TRUE(wait_for([&] { return (position(tip) - start).norm() > 0.05; }));
     keep_picture("spring_drag");
     EXPECT_FALSE(state().pulled.empty());
   };
   const double per_pixel =
       0.6 / std::abs(place_of(Vector3(0.6, 0.1, 0.1)).x() - place_of(Vector3(0.0, 0.1, 0.1)).x());
   drag(place_of(tip), place_of(tip) + QPoint(0, -static_cast<int>(0.32 / per_pixel)));
-  EXPECT_GT((position(tip) - start).norm(), 0.05);
   const double end = state().time + 1.0;
   window_->simulation()->set_speed_limit(0.0);
   ASSERT_TRUE(wait_for([&] { return state().time > end || !state().running; }));
