@@ -53,10 +53,11 @@ TEST_F(Drags, AltHoldsTheVertexWhereTheMouseIs) {
   show(cantilever());
   const Index tip = nearest({0.6, 0.1, 0.1});
   trigger("tool_3");
+  settle();
   const QPoint from = place_of(tip);
   while_pressed_ = [&] {
-    settle();
-    EXPECT_LT((place_of(tip) - from - QPoint(0, -6)).manhattanLength(), 3);
+    const auto distance = [&] { return (place_of(tip) - from - QPoint(0, -6)).manhattanLength(); };
+    EXPECT_TRUE(wait_for([&] { return distance() < 3; }, 10000)) << distance();
     EXPECT_EQ(state().fixed[static_cast<std::size_t>(tip)], 1);
   };
   drag(from, from + QPoint(0, -6), Qt::AltModifier);
