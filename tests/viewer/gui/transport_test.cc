@@ -17,6 +17,28 @@
 namespace tetraction::viewer {
 namespace {
 
+// Another list of folders in which programs are found, while it lives.
+class SearchPath {
+ public:
+  explicit SearchPath(const QByteArray& path) { qputenv("PATH", path); }
+  ~SearchPath() { qputenv("PATH", before_); }
+  SearchPath(const SearchPath&) = delete;
+  SearchPath& operator=(const SearchPath&) = delete;
+
+ private:
+  const QByteArray before_ = qgetenv("PATH");
+};
+
+// Makes a shell script in the folder that is found as ffmpeg.
+SearchPath stand_in_for_ffmpeg(const QTemporaryDir& folder, const char* script) {
+  QFile program(folder.filePath(QStringLiteral("ffmpeg")));
+  EXPECT_TRUE(program.open(QIODevice::WriteOnly));
+  program.write("#!/bin/sh\n");
+  program.write(script);
+  program.setPermissions(QFile::ReadOwner | QFile::WriteOwner | QFile::ExeOwner);
+  return SearchPath(folder.path().toLocal8Bit() + ":" + qgetenv("PATH"));
+}
+
 class Transport : public WindowTest {
  protected:
   Timeline* timeline() { return window_->transport()->timeline(); }
@@ -158,13 +180,8 @@ TEST_F(Transport, ScrubbingTwentyThousandTetrahedra) {
 // A stand-in for ffmpeg that counts the bytes of the pictures.
 TEST_F(Transport, AFilmGetsPicturesOfTheChosenSize) {
   QTemporaryDir folder;
-  QFile program(folder.filePath(QStringLiteral("ffmpeg")));
-  ASSERT_TRUE(program.open(QIODevice::WriteOnly));
-  program.write("#!/bin/sh\nfor film; do :; done\necho \"$@\" > \"$film\"\nwc -c >> \"$film\"\n");
-  program.close();
-  program.setPermissions(QFile::ReadOwner | QFile::WriteOwner | QFile::ExeOwner);
-  const QByteArray path = qgetenv("PATH");
-  qputenv("PATH", folder.path().toLocal8Bit() + ":" + path);
+  const SearchPath path = stand_in_for_ffmpeg(
+      folder, "for film; do :; done\necho \"$@\" > \"$film\"\nwc -c >> \"$film\"\n");
   show(falling_beam());
   const QString film = folder.filePath(QStringLiteral("film.webm"));
   window_->record_pictures(film, QSize(1280, 720));
@@ -175,7 +192,6 @@ TEST_F(Transport, AFilmGetsPicturesOfTheChosenSize) {
   window_->simulation()->pause();
   settle();
   window_->stop_recording();
-  qputenv("PATH", path);
   EXPECT_TRUE(message().isEmpty()) << message().toStdString();
   QFile made(film);
   ASSERT_TRUE(made.open(QIODevice::ReadOnly));
@@ -229,31 +245,22 @@ TEST_F(Transport, FfmpegMakesFilmsOfTheSizeWithAllPictures) {
 // An ffmpeg that neither reads nor ends does not hold the window for long.
 TEST_F(Transport, AnFfmpegThatHangsIsKilled) {
   QTemporaryDir folder;
-  QFile program(folder.filePath(QStringLiteral("ffmpeg")));
-  ASSERT_TRUE(program.open(QIODevice::WriteOnly));
-  program.write("#!/bin/sh\nexec sleep 1000\n");
-  program.close();
-  program.setPermissions(QFile::ReadOwner | QFile::WriteOwner | QFile::ExeOwner);
-  const QByteArray path = qgetenv("PATH");
-  qputenv("PATH", folder.path().toLocal8Bit() + ":" + path);
+  const SearchPath path = stand_in_for_ffmpeg(folder, "exec sleep 1000\n");
   show(quiet_beam());
   window_->record_pictures(folder.filePath(QStringLiteral("film.webm")));
   EXPECT_TRUE(find<QLabel>("recording_sign")->isVisible());
   QElapsedTimer time;
   time.start();
   window_->stop_recording();
-  qputenv("PATH", path);
   EXPECT_LT(time.elapsed(), 30'000);
   expect_told(QStringLiteral("ffmpeg could not make the film"));
   EXPECT_FALSE(find<QLabel>("recording_sign")->isVisible());
 }
 
 TEST_F(Transport, WithoutFfmpegAFilmIsRefused) {
-  const QByteArray path = qgetenv("PATH");
-  qputenv("PATH", "");
+  const SearchPath path("");
   show(quiet_beam());
   window_->record_pictures(QStringLiteral("/tmp/film.mp4"));
-  qputenv("PATH", path);
   expect_told(QStringLiteral("ffmpeg"));
   EXPECT_FALSE(find<QLabel>("recording_sign")->isVisible());
 }
