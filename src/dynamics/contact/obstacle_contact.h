@@ -1,0 +1,97 @@
+// Contact between the surface of a body and an obstacle, in the frame in which the obstacle is at rest.
+#pragma once
+
+#include <array>
+#include <limits>
+#include <vector>
+
+#include "tetraction/core/types.h"
+#include "tetraction/dynamics/contact/barrier.h"
+
+namespace tetraction {
+
+/// The part of a body's surface that may touch an obstacle. Its vertices have numbers of their own, from 0.
+struct ContactSurface {
+  std::vector<Index> vertices;                  ///< their numbers in the mesh, ascending
+  std::vector<std::array<Index, 3>> triangles;  ///< outward, numbers of this surface
+  std::vector<std::array<Index, 2>> edges;      ///< of the triangles, each once, lower number first
+  std::vector<double> areas;                    ///< of each vertex: its share of the rest areas, m²
+  Vector rest;                                  ///< rest positions, 3 per vertex, m
+};
+
+/// A sum of symmetric 3 × 3 blocks over the vertices of a surface.
+class SurfaceBlocks {
+ public:
+  virtual ~SurfaceBlocks() = default;
+  /// The block of vertex i with itself.
+  virtual void add(Index i, const Matrix3& block) = 0;
+  /// The block in the rows of vertex i and the columns of vertex j, and its transpose at (j, i).
+  virtual void add_pair(Index i, Index j, const Matrix3& block) = 0;
+};
+
+/// A place where the surface touches the obstacle: the point Σ w_i x_i of up to three vertices.
+struct ContactPoint {
+  int count = 0;                          ///< number of vertices
+  std::array<Index, 3> vertices{};        ///< numbers of the surface
+  std::array<double, 3> weights{};        ///< w_i; their sum is 1
+  Vector3 normal = Vector3::UnitX();      ///< of the obstacle, towards the body; length 1
+  double force = 0.0;                     ///< λ ≥ 0 along the normal, N
+  double stiffness = 0.0;                 ///< −∂λ/∂d ≥ 0 with the distance d, N/m
+};
+
+/// Contact of a surface with a rigid obstacle at rest. Positions have 3 numbers for each vertex of the
+/// surface, m.
+///
+/// The potential is U(x) = Σ w U_b(d) over pairs of the surface and the obstacle, with Barrier U_b. It
+/// is finite where the two do not intersect.
+class ObstacleContact {
+ public:
+  virtual ~ObstacleContact() = default;
+
+  /// Whether add_hessian() has blocks of two different vertices.
+  virtual bool couples_vertices() const = 0;
+
+  /// U, J; infinite if the surface penetrates the obstacle.
+  virtual double energy(const Vector& x) const = 0;
+  /// gradient += ∂U/∂x, N. x must not penetrate, as in all functions below.
+  virtual void add_gradient(const Vector& x, Vector& gradient) const = 0;
+  /// blocks += ∂²U/∂x², N/m; with `convex` a positive semidefinite matrix near it.
+  virtual void add_hessian(const Vector& x, bool convex, SurfaceBlocks& blocks) const = 0;
+
+  /// gradient += a mean f̄ of ∂U/∂x over the way from `from` to `to`, with
+  /// f̄·(to − from) = U(to) − U(from) up to round-off.
+  virtual void add_discrete_gradient(const Vector& from, const Vector& to,
+                                     Vector& gradient) const = 0;
+  /// blocks += the symmetric part of ∂f̄/∂(to), or an approximation of it, N/m.
+  virtual void add_discrete_hessian(const Vector& from, const Vector& to, bool convex,
+                                    SurfaceBlocks& blocks) const = 0;
+
+  /// The first vertex of the surface that penetrates the obstacle, or that belongs to a face or an edge
+  /// which does; −1 if nothing penetrates.
+  virtual Index penetrating_vertex(const Vector& x) const = 0;
+  /// The largest t ≤ 1 such that nothing penetrates on the whole straight way from x to x + t d. The
+  /// distances at x + t d may be as small as a hundredth of those at x.
+  virtual double longest_step(const Vector& x, const Vector& d) const = 0;
+  /// Moves vertices of `x` so that nothing penetrates on the straight way from `from` to x, changing as
+  /// little as possible. `from` does not penetrate.
+  virtual void clear_way(const Vector& from, Vector& x) const = 0;
+
+  /// The smallest distance between surface and obstacle if it is below the thickness of the layer, m;
+  /// otherwise infinity.
+  virtual double smallest_gap(const Vector& x) const = 0;
+  /// gaps ← the distance of every vertex of the surface to the obstacle where it is below the thickness,
+  /// and infinity elsewhere, m.
+  virtual void vertex_gaps(const Vector& x, Vector& gaps) const = 0;
+
+  /// The places of contact with forces −∂U/∂x, for friction. Pairs with the same closest place are one.
+  virtual void contact_points(const Vector& x, std::vector<ContactPoint>& points) const = 0;
+  /// The same with the mean forces f̄ over the way from `from` to `to`.
+  virtual void mean_contact_points(const Vector& from, const Vector& to,
+                                   std::vector<ContactPoint>& points) const = 0;
+
+  /// An upper bound of the Hessian's block at each vertex if a pressure p, Pa, acts on the whole
+  /// surface: bound[i] is a stiffness, N/m. Explicit steps take their limit from it.
+  virtual void stiffness_under_pressure(double pressure, Vector& bound) const = 0;
+};
+
+}  // namespace tetraction
