@@ -36,6 +36,15 @@ void Balance::enter(const State& state, const StepOutcome& outcome) {
   s.external_work += outcome.external_work;
   s.dissipated_energy += outcome.dissipated_energy;
   s.constraint_work += outcome.constraint_work;
+  s.friction_dissipation += outcome.friction_dissipation;
+  s.obstacles.resize(std::max(s.obstacles.size(), outcome.obstacle_impulses.size()));
+  for (std::size_t i = 0; i < outcome.obstacle_impulses.size(); ++i) {
+    const ObstacleForce& impulse = outcome.obstacle_impulses[i];
+    s.obstacles[i].linear += impulse.force;
+    s.obstacles[i].angular += impulse.moment;
+    s.obstacles[i].largest_force =
+        std::max(s.obstacles[i].largest_force, impulse.force.norm() / outcome.step_size);
+  }
   s.linear_impulse += outcome.linear_impulse;
   s.angular_impulse += outcome.angular_impulse;
   s.residual_angular_impulse += outcome.residual_angular_impulse;
@@ -93,7 +102,7 @@ double Balance::enter_edit(const State& state) {
 // Formula (20) of docs/theory.md.
 double Balance::energy_error() const {
   return sums_.energies.total() - sums_.initial_energies.total() - sums_.external_work +
-         dissipated_energy() - constraint_work() - edit_work();
+         dissipated_energy() + friction_dissipation() - constraint_work() - edit_work();
 }
 
 double Balance::energy_scale() const {

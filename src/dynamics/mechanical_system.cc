@@ -138,7 +138,15 @@ void MechanicalSystem::set_pressures(std::vector<PressureLoad> pressures) {
 void MechanicalSystem::list_terms() {
   terms_ = {&environment_,     &vertex_damping_, &constraints_.springs(),
             &external_forces_, &pressure_,       &pull_};
+  if (contact_) terms_.push_back(contact_.get());
   for (const auto& term : added_terms_) terms_.push_back(term.get());
+}
+
+std::shared_ptr<const Contact> MechanicalSystem::set_contact(
+    std::shared_ptr<const Contact> contact) {
+  std::swap(contact_, contact);
+  list_terms();
+  return contact;
 }
 
 void MechanicalSystem::add_force_term(std::shared_ptr<const ForceTerm> term) {
@@ -148,7 +156,7 @@ void MechanicalSystem::add_force_term(std::shared_ptr<const ForceTerm> term) {
     throw InputError("The force term \"" + name +
                      "\" needs a name of lower-case letters, digits and underscores.");
   }
-  const bool taken = name == "kinetic" || name == "elastic" || name == "total" ||
+  const bool taken = name == "kinetic" || name == "elastic" || name == "total" || name == "contact" ||
                      std::any_of(terms_.begin(), terms_.end(),
                                  [&](const ForceTerm* other) { return other->name() == name; });
   if (taken) throw InputError("The name \"" + name + "\" of a force term is in use already.");

@@ -58,7 +58,7 @@ class EnergyMomentumStep : public testing::TestWithParam<int> {
 
   static constexpr double kTime = 0.02;  // s, about three times the stability limit
   MechanicalSystem system_;
-  DiscreteGradientStep step_{system_};
+  DiscreteGradientStep step_{system_, StepForces::kDiscrete};
   EnergyMomentumProblem equations_{step_};
 };
 

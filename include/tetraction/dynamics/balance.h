@@ -2,12 +2,20 @@
 #pragma once
 
 #include <utility>
+#include <vector>
 
 #include "tetraction/dynamics/body_sums.h"
 #include "tetraction/dynamics/mechanical_system.h"
 #include "tetraction/dynamics/steppers/stepper.h"
 
 namespace tetraction {
+
+/// What an obstacle has done to the body.
+struct ObstacleImpulse {
+  Vector3 linear = Vector3::Zero();   ///< N s
+  Vector3 angular = Vector3::Zero();  ///< about the origin, N m s
+  double largest_force = 0.0;         ///< the largest mean force of a step, N
+};
 
 /// The numbers of a balance as plain data. A balance that continues with them is the same balance.
 struct BalanceSums {
@@ -18,6 +26,8 @@ struct BalanceSums {
   double external_work = 0.0;                 ///< J
   double dissipated_energy = 0.0;             ///< J
   double constraint_work = 0.0;               ///< J
+  double friction_dissipation = 0.0;          ///< J
+  std::vector<ObstacleImpulse> obstacles;     ///< in the order of the obstacles
   double edit_work = 0.0;                     ///< J
   Vector3 linear_impulse = Vector3::Zero();   ///< of outer forces, reactions and edits, N s
   Vector3 angular_impulse = Vector3::Zero();  ///< the same about the origin, N m s
@@ -42,7 +52,7 @@ struct BalanceSums {
 
 /// Balance of one trajectory. All sums begin with its first state.
 ///
-///     energy_error = ΔT + ΔW − external work + dissipated energy − constraint work − edit work
+///     energy_error = ΔT + ΔW − external work + dissipated energy + friction − constraint work − edit work
 ///
 /// is the energy that the integrator itself added. The energy of penalty springs counts as
 /// constraint work. The momentum drifts are Δp and Δ(q × p) less the impulses of all outer forces
@@ -70,6 +80,8 @@ class Balance {
   double external_work() const { return sums_.external_work; }
   double dissipated_energy() const { return sums_.dissipated_energy; }
   double constraint_work() const { return sums_.constraint_work; }
+  /// The heat of friction with obstacles, J.
+  double friction_dissipation() const { return sums_.friction_dissipation; }
   double edit_work() const { return sums_.edit_work; }
   double energy_error() const;
 

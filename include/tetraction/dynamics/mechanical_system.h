@@ -7,6 +7,7 @@
 
 #include "tetraction/dynamics/body.h"
 #include "tetraction/dynamics/constraints/constraints.h"
+#include "tetraction/dynamics/contact/contact.h"
 #include "tetraction/dynamics/terms/damping.h"
 #include "tetraction/dynamics/terms/environment.h"
 #include "tetraction/dynamics/terms/external_forces.h"
@@ -51,6 +52,11 @@ class MechanicalSystem : public Body {
   const std::vector<PressureLoad>& pressures() const { return pressure_.list(); }
   /// Replaces the spring that pulls vertices.
   void set_pull(VertexPull pull) { pull_ = std::move(pull); }
+  /// Replaces the contact with obstacles (null: there are none). Steppers and solvers that were made before do not
+  /// know it. Returns the former contact.
+  std::shared_ptr<const Contact> set_contact(std::shared_ptr<const Contact> contact);
+  /// The contact with obstacles; null without one.
+  const Contact* contact() const { return contact_.get(); }
 
   /// Adds a force term of the caller's own. Steppers and solvers that were made before do not know
   /// it. Throws InputError for a null pointer, for a name that is not made of lower-case letters,
@@ -60,8 +66,8 @@ class MechanicalSystem : public Body {
   /// The same, but takes the place of an added term with the same name, if there is one.
   void set_force_term(std::shared_ptr<const ForceTerm> term);
   /// Everything that acts on the body besides elasticity and viscosity: environment, damping of
-  /// single vertices, penalty springs, external forces, pressure, pull, and the terms that were added, in
-  /// this order.
+  /// single vertices, penalty springs, external forces, pressure, pull, contact if there is one, and the terms
+  /// that were added, in this order.
   const std::vector<const ForceTerm*>& force_terms() const { return terms_; }
   /// Where force terms are evaluated, at an instant. It refers to `position`.
   ForcePoint force_point(const Vector& position, double time) const {
@@ -104,6 +110,10 @@ class MechanicalSystem : public Body {
   }
   /// Whether a load depends on positions.
   bool has_load_of_position() const;
+  /// Whether forces that have no potential depend on where a step ends: such loads, and friction.
+  bool has_following_forces() const {
+    return has_load_of_position() || (contact_ != nullptr && contact_->has_friction());
+  }
   /// force −= ∂D/∂v of all terms at velocities v (3 per vertex, N). Viscosity is not included.
   void add_damping_force(const Vector& q, double time, const Vector& v, Vector& force) const;
   /// Whether a term or viscosity dissipates energy of a moving body.
@@ -134,6 +144,7 @@ class MechanicalSystem : public Body {
   ExternalForces external_forces_;
   SurfacePressure pressure_;
   VertexPull pull_;
+  std::shared_ptr<const Contact> contact_;
   std::vector<std::shared_ptr<const ForceTerm>> added_terms_;
   std::vector<const ForceTerm*> terms_;
 };

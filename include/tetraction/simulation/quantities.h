@@ -51,6 +51,7 @@ enum class InFrames {
   kNamed,      ///< those of scenes that name it in output.fields
   kNodal,      ///< by default those of bodies with VolumeRule::kNodal, otherwise as kNamed
   kQuadratic,  ///< by default those of bodies with quadratic tetrahedra, otherwise as kNamed
+  kContact,    ///< by default those of bodies that may touch obstacles, otherwise as kNamed
   kDefault     ///< all by default
 };
 
@@ -113,9 +114,10 @@ inline constexpr const char* kDefaultFields = "default";
 /// The quantities that frames can have, in their order.
 std::vector<const Quantity*> frame_quantities();
 /// Those that a list of names, as OutputSettings::fields, chooses. An empty list chooses the default ones
-/// of a body with this rule and linear or quadratic tetrahedra.
+/// of a body with this rule, linear or quadratic tetrahedra, and with or without obstacles.
 std::vector<const Quantity*> chosen_quantities(const std::vector<std::string>& names,
-                                               VolumeRule volume, bool is_quadratic);
+                                               VolumeRule volume, bool is_quadratic,
+                                               bool has_contact);
 /// The quantities by which the window colours a body, in its order.
 const std::vector<const Quantity*>& color_quantities();
 /// The quantity whose values are drawn for a colour: where quadratic tetrahedra have values at their vertices

@@ -26,6 +26,7 @@
 #include "tetraction/simulation/frame_format.h"
 #include "tetraction/simulation/load_settings.h"
 #include "tetraction/simulation/material_settings.h"
+#include "tetraction/simulation/obstacle_settings.h"
 #include "tetraction/simulation/quantities.h"
 #include "tetraction/solver/linear_solver.h"
 
@@ -401,6 +402,7 @@ struct Scene : LoadLists, ChangeableSections {
   std::vector<MaterialRegionSettings> material_region;
   std::vector<FixSettings> fix;
   std::vector<ConstraintSettings> constraint;
+  std::vector<ObstacleSettings> obstacle{};
   /// Further terms that act on the body, see MechanicalSystem::add_force_term(). Only a program can
   /// set them.
   std::vector<std::shared_ptr<const ForceTerm>> force_term{};

@@ -76,6 +76,10 @@ class ObstacleContact {
   /// little as possible. `from` does not penetrate.
   virtual void clear_way(const Vector& from, Vector& x) const = 0;
 
+  /// blocks += a stiffness, N/m, in the directions in which the obstacle supports the vertices of the surface if they
+  /// touch it. It tells which motions an equilibrium leaves free.
+  virtual void add_support(const Vector& x, SurfaceBlocks& blocks) const = 0;
+
   /// The smallest distance between surface and obstacle if it is below the thickness of the layer, m;
   /// otherwise infinity.
   virtual double smallest_gap(const Vector& x) const = 0;

@@ -14,6 +14,7 @@ bool PotentialProblem::term_shares(const Vector& u, bool with_hessian, TermShare
   for (const WeightedPotential& potential : potentials_) {
     shares.magnitude += potential.weight * std::abs(potential.term->energy(point(at_)));
   }
+  if (contact_ != nullptr) shares.magnitude += contact_->energy(point(at_));
   if (constraint_potential_ != nullptr) {
     shares.magnitude += std::abs(constraint_potential_->value(u));
   }

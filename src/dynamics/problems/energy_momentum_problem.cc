@@ -7,8 +7,8 @@
 
 namespace tetraction {
 
-DiscreteGradientStep::DiscreteGradientStep(const MechanicalSystem& system)
-    : StepProblem(system), gradient_(system.elastic()) {
+DiscreteGradientStep::DiscreteGradientStep(const MechanicalSystem& system, StepForces forces)
+    : StepProblem(system), forces_(forces), gradient_(system.elastic()) {
   const RestState& rest = system.rest();
   slenderness_.reserve(static_cast<std::size_t>(rest.point_count()));
   for (Index i = 0; i < rest.point_count(); ++i) {
@@ -26,6 +26,7 @@ void DiscreteGradientStep::begin(const State& state, double h, double end_time, 
   // The discrete gradient of a quadratic potential is its gradient at x plus a part that does not
   // depend on x: the potential need not be linear in the time.
   bool changed = false;
+  if (forces_ == StepForces::kMiddleButContact) return;
   for (const ForceTerm* term : system_.force_terms()) {
     if (!term->has_potential() || !term->is_quadratic() || term->uniform_acceleration()) continue;
     full_.setZero(system_.dof_count());
@@ -46,15 +47,38 @@ void DiscreteGradientStep::move(const Vector& u) const {
 EvaluationStatus DiscreteGradientStep::evaluate_internal(const Vector& u) const {
   if (internal_.known && internal_.half_step == half_step_) return {};
   internal_.gradient.setZero(u.size());
-  const EvaluationStatus status =
-      gradient_.add({Positions(origin(), u), half_step_, viscous().factor()}, internal_.gradient);
+  const EvaluationStatus status = add_internal(u, internal_.gradient);
   internal_.known = status.ok();
+  if (status.ok()) internal_.half_step = half_step_;
+  return status;
+}
+
+EvaluationStatus DiscreteGradientStep::add_internal(const Vector& u, Vector& gradient) const {
+  if (forces_ == StepForces::kMiddleButContact) {
+    const Vector* elastic = nullptr;
+    if (const EvaluationStatus status = elastic_gradient(u, elastic); !status.ok()) return status;
+    gradient += *elastic;
+    if (viscous().factor() == 0.0) return {};
+    add_viscous_share(u, gradient);
+    return {};
+  }
+  const EvaluationStatus status =
+      gradient_.add({Positions(origin(), u), half_step_, viscous().factor()}, gradient);
   if (!status.ok()) return status;
   if (const NodalVolume* volume = system_.nodal_volume(); volume != nullptr) {
-    volume->add_discrete_gradient(Positions(origin(), u), half_step_, internal_.gradient);
+    volume->add_discrete_gradient(Positions(origin(), u), half_step_, gradient);
   }
-  internal_.half_step = half_step_;
-  return status;
+  return {};
+}
+
+// The viscous part is what the viscosity changes in the discrete gradient: the same formula at x.
+void DiscreteGradientStep::add_viscous_share(const Vector& u, Vector& gradient) const {
+  Vector with = Vector::Zero(u.size());
+  Vector without = Vector::Zero(u.size());
+  const Positions x(origin(), u);
+  if (!gradient_.add({x, half_step_, viscous().factor()}, with).ok()) return;
+  if (!gradient_.add({x, half_step_, 0.0}, without).ok()) return;
+  gradient += with - without;
 }
 
 EvaluationStatus DiscreteGradientStep::conserving_residual(const Vector& u,
@@ -64,9 +88,17 @@ EvaluationStatus DiscreteGradientStep::conserving_residual(const Vector& u,
   if (const EvaluationStatus status = evaluate_internal(u); !status.ok()) return status;
   residual += internal_.gradient;
   for_each_potential([&](const ForceTerm& term) {
-    term.add_discrete_gradient(start_point(), end_point(end_), residual);
+    if (forces_ == StepForces::kMiddleButContact) {
+      shift_ = origin() + u;
+      term.add_gradient(point(shift_), residual);
+    } else {
+      term.add_discrete_gradient(start_point(), end_point(end_), residual);
+    }
   });
-  if (system_.has_load_of_position()) add_load_deviation(u, residual);
+  if (const Contact* contact = system_.contact(); contact != nullptr) {
+    contact->add_discrete_gradient(start_point(), end_point(end_), residual);
+  }
+  if (system_.has_following_forces()) add_load_deviation(u, residual);
   return {};
 }
 
@@ -79,7 +111,8 @@ EvaluationStatus DiscreteGradientStep::internal_gradient(const Vector& u,
 
 // move() must have been called.
 bool DiscreteGradientStep::terms_are_defined(const Vector& u) const {
-  bool defined = true;
+  const Contact* contact = system_.contact();
+  bool defined = contact == nullptr || contact->undefined_vertex(end_point(end_)) < 0;
   for_each_potential([&](const ForceTerm& term) {
     shift_ = origin() + u;
     defined = defined && term.undefined_vertex(point(shift_)) < 0 &&
@@ -90,6 +123,10 @@ bool DiscreteGradientStep::terms_are_defined(const Vector& u) const {
 
 bool DiscreteGradientStep::ends_defined(const Vector& u) const {
   move(u);
+  if (forces_ == StepForces::kMiddleButContact &&
+      !system_.elastic().admissible(Positions(origin(), u)).ok()) {
+    return false;
+  }
   return terms_are_defined(u) && system_.elastic().admissible(end_).ok();
 }
 
@@ -98,6 +135,9 @@ double DiscreteGradientStep::longest_step_of_end(const Vector& u, const Vector& 
   move(u);
   shift_ = 2.0 * d;
   double longest = 1.0;
+  if (const Contact* contact = system_.contact(); contact != nullptr) {
+    longest = std::min(longest, kShare * contact->longest_step(end_point(end_), shift_));
+  }
   for_each_potential([&](const ForceTerm& term) {
     longest = std::min(longest, kShare * term.longest_step(end_point(end_), shift_));
     const Vector x = origin() + u;
@@ -114,11 +154,13 @@ void DiscreteGradientStep::linearize(const Vector& u) {
   point_ = u;
   move(u);
   point_half_step_ = half_step_;
-  at_end_ = is_far_from_middle();
+  at_end_ = forces_ == StepForces::kDiscrete && is_far_from_middle();
   set_rate_estimate(u);
-  const bool with_loads = system_.has_load_of_position();
+  take_friction(u);
+  const bool with_loads = system_.has_following_forces();
   set_with_load_stiffness(false);
-  term_hessian(u, HessianForm::kExact, terms_);
+  StepProblem::term_hessian(u, HessianForm::kExact, terms_);
+  add_contact_hessian(u, HessianForm::kExact, false, terms_);
   set_with_load_stiffness(with_loads);
   if (with_loads) load_stiffness(u, load_stiffness_);
 }
@@ -143,13 +185,58 @@ bool DiscreteGradientStep::is_far_from_middle() const {
 void DiscreteGradientStep::multiply(const Vector& d, Vector& product) const {
   product = coefficient().cwiseProduct(d);
   terms_.add_product(d, product);
-  if (system_.has_load_of_position()) load_stiffness_.add_product(d, product);
+  if (system_.has_following_forces()) load_stiffness_.add_product(d, product);
+  if (forces_ == StepForces::kMiddleButContact) {
+    shift_ = origin() + point_;
+    system_.elastic().product(shift_, d, full_);
+    product += full_;
+    if (const NodalVolume* volume = system_.nodal_volume(); volume != nullptr) {
+      volume->add_product(shift_, d, product);
+    }
+    if (viscous().factor() == 0.0) return;
+    const Positions x(origin(), point_);
+    gradient_.add_product({x, point_half_step_, viscous().factor()}, d, product);
+    full_.setZero(d.size());
+    gradient_.add_product({x, point_half_step_, 0.0}, d, full_);
+    product -= full_;
+    return;
+  }
   gradient_.add_product({Positions(origin(), point_), point_half_step_, viscous().factor()}, d,
                         product);
   if (const NodalVolume* volume = system_.nodal_volume(); volume != nullptr) {
     volume->add_discrete_gradient_product(Positions(origin(), point_), point_half_step_, d,
                                           product);
   }
+}
+
+void DiscreteGradientStep::add_contact_hessian(const Vector& u, HessianForm form, bool symmetric,
+                                               HessianBlocks& hessian) const {
+  const Contact* contact = system_.contact();
+  if (contact == nullptr) return;
+  move(u);
+  contact_blocks_.reset(system_.vertex_count());
+  contact->add_discrete_hessian(start_point(), end_point(end_), form, symmetric, contact_blocks_);
+  hessian.add(contact_blocks_, rate_of_end());
+}
+
+void DiscreteGradientStep::term_hessian(const Vector& u, HessianForm form,
+                                        HessianBlocks& hessian) const {
+  StepProblem::term_hessian(u, form, hessian);
+  if (hessian.vertex_count() == 0) hessian.reset(system_.vertex_count());
+  add_contact_hessian(u, form, true, hessian);
+}
+
+double DiscreteGradientStep::round_off(const Vector& u) const {
+  const double round_off = StepProblem::round_off(u);
+  const Contact* contact = system_.contact();
+  if (contact == nullptr) return round_off;
+  move(u);
+  if (contact->undefined_vertex(end_point(end_)) >= 0) return round_off;
+  return round_off + contact->round_off(end_point(end_));
+}
+
+Vector DiscreteGradientStep::end_positions(const Vector& u) const {
+  return origin() + (((origin() - previous_) + u) + u);
 }
 
 Positions DiscreteGradientStep::elastic_positions(const Vector& u) const {

@@ -8,6 +8,12 @@
 
 namespace tetraction {
 
+/// Where the forces of an implicit step with the unknown (q_k + q_{k+1})/2 are taken.
+enum class StepForces {
+  kDiscrete,         ///< all from discrete gradients over the step
+  kMiddleButContact  ///< at the middle, but contact from discrete gradients
+};
+
 /// The midpoint step with the same unknown x = (q_k + q_{k+1})/2, and the equations of the
 /// energy-momentum step in the form of its gradient. With s = h/2,
 ///
@@ -17,10 +23,15 @@ namespace tetraction {
 /// ForceTerm::add_discrete_gradient()) in the place of gradients at x. All coefficients, loads and
 /// scales are those of the midpoint step. Its Hessian is close to ∂r/∂x and serves as the
 /// preconditioner.
+///
+/// Contact with obstacles has a discrete gradient with both kinds of forces. The step of the midpoint rule with contact
+/// has kMiddleButContact: a potential at x alone would let q_{k+1} pass an obstacle.
 class DiscreteGradientStep : public StepProblem {
  public:
   /// Keeps a reference to `system`, which must live longer.
-  explicit DiscreteGradientStep(const MechanicalSystem& system);
+  DiscreteGradientStep(const MechanicalSystem& system, StepForces forces);
+
+  StepForces forces() const { return forces_; }
 
   void begin(const State& state, double h, double end_time, double alpha,
              const Vector& load) override;
@@ -32,6 +43,12 @@ class DiscreteGradientStep : public StepProblem {
   double longest_step_of_end(const Vector& u, const Vector& d) const;
   /// Linearises r at u for multiply() and chooses where the Hessian is evaluated.
   void linearize(const Vector& u);
+  /// The Hessian of Φ with that of the discrete gradient of contact.
+  void term_hessian(const Vector& u, HessianForm form, HessianBlocks& hessian) const override;
+  bool has_general_terms() const override {
+    return StepProblem::has_general_terms() || system_.contact() != nullptr;
+  }
+  double round_off(const Vector& u) const override;
   /// Lets the Hessian be that of the midpoint step, until the next linearize().
   void take_hessian_at_middle() { at_end_ = false; }
   /// product = (∂r/∂u) d, except that ∂²U/∂x² at x stands for the derivatives of the f̄_U.
@@ -46,6 +63,9 @@ class DiscreteGradientStep : public StepProblem {
 
  protected:
   Positions elastic_positions(const Vector& u) const override;
+  bool has_contact_potential() const override { return false; }
+  double rate_of_end() const override { return 2.0; }
+  Vector end_positions(const Vector& u) const override;
 
  private:
   // half_step_ ← x − q_k, end_ ← q_{k+1}.
@@ -53,9 +73,14 @@ class DiscreteGradientStep : public StepProblem {
   // Evaluates internal_ after move(), unless it is known there.
   EvaluationStatus evaluate_internal(const Vector& u) const;
   bool terms_are_defined(const Vector& u) const;
+  EvaluationStatus add_internal(const Vector& u, Vector& gradient) const;
+  void add_viscous_share(const Vector& u, Vector& gradient) const;
+  void add_contact_hessian(const Vector& u, HessianForm form, bool symmetric,
+                           HessianBlocks& hessian) const;
   // Whether the Hessian at x, after move(), would be a bad approximation.
   bool is_far_from_middle() const;
 
+  StepForces forces_;
   DiscreteGradient gradient_;
   double start_time_ = 0.0;
   double end_time_ = 0.0;
@@ -74,6 +99,7 @@ class DiscreteGradientStep : public StepProblem {
   Vector point_half_step_;  // x − q_k there
   bool at_end_ = false;     // the Hessian is that at q_{k+1}
   HessianBlocks terms_;
+  mutable HessianBlocks contact_blocks_;
   LoadStiffness load_stiffness_;
 };
 

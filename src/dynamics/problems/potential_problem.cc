@@ -9,13 +9,19 @@
 #include <variant>
 
 #include "dynamics/constraints/constraint_potential.h"
+#include "dynamics/contact/friction_step.h"
 #include "tetraction/core/parallel.h"
 #include "tetraction/dynamics/body_sums.h"
 #include "tetraction/fem/step_length.h"
 
 namespace tetraction {
 PotentialProblem::PotentialProblem(const MechanicalSystem& system)
-    : system_(system), volume_(system.mesh().total_volume()), viscous_(system.elastic()) {}
+    : system_(system),
+      volume_(system.mesh().total_volume()),
+      viscous_(system.elastic()),
+      friction_(std::make_unique<FrictionStep>()) {}
+
+PotentialProblem::~PotentialProblem() = default;
 
 void PotentialProblem::begin_at(const Vector& positions, double time,
                                 const std::optional<TimeSpan>& step) {
@@ -28,13 +34,16 @@ void PotentialProblem::begin_at(const Vector& positions, double time,
   elastic_.known = false;
   potentials_.clear();
   dissipations_.clear();
+  contact_ = nullptr;
+  friction_->clear();
 }
 
 void PotentialProblem::gather_potentials(double weight) {
+  if (has_contact_potential()) contact_ = system_.contact();
   const ForcePoint at = point(previous_);
   full_.setZero(system_.dof_count());
   for (const ForceTerm* term : system_.force_terms()) {
-    if (!term->has_potential()) continue;
+    if (!term->has_potential() || term == system_.contact()) continue;
     const WeightedPotential potential{
         term, term->account() == EnergyAccount::kConstraintWork ? 1.0 : weight};
     if (!term->is_quadratic()) {
@@ -65,6 +74,17 @@ void PotentialProblem::gather_dissipations() {
     term->add_dissipation_hessian(point(previous_), velocity_, HessianForm::kExact, blocks_);
     add_diagonal(1.0 / step_);
   }
+}
+
+void PotentialProblem::begin_friction(double begin, double end, bool has_mean_forces) {
+  const Contact* contact = system_.contact();
+  if (contact == nullptr || !contact->has_friction()) return;
+  friction_->begin(*contact, previous_, begin, end,
+                   has_mean_forces ? NormalForces::kMean : NormalForces::kEnd);
+}
+
+bool PotentialProblem::has_friction() const {
+  return friction_->exists();
 }
 
 // k += factor times the diagonal of blocks_.
@@ -111,7 +131,16 @@ ForcePoint PotentialProblem::load_point(const Vector& x) const {
 void PotentialProblem::add_load_deviation(const Vector& u, Vector& residual) const {
   at_ = origin_ + u;
   system_.external_force(load_point(at_), full_);
-  residual += load_weight_ * (constant_loads_ - full_);
+  if (full_.size() > 0) residual += load_weight_ * (constant_loads_ - full_);
+  if (!has_friction()) return;
+  // The friction of the present normal forces in place of those that were known.
+  velocity_ = ((origin_ - previous_) + u) / step_;
+  full_.setZero(system_.dof_count());
+  friction_->add_gradient(velocity_, full_);
+  residual -= full_;
+  FrictionStep present = *friction_;
+  present.take(system_.mass(), end_positions(u));
+  present.add_gradient(velocity_, residual);
 }
 
 void PotentialProblem::load_stiffness(const Vector& u, LoadStiffness& stiffness) const {
@@ -121,14 +150,26 @@ void PotentialProblem::load_stiffness(const Vector& u, LoadStiffness& stiffness)
     if (!term->has_load() || !term->load_depends_on_position()) continue;
     term->add_load_stiffness(load_point(at_), stiffness);
   }
+  if (!has_friction()) return;
+  velocity_ = ((origin_ - previous_) + u) / step_;
+  FrictionStep present = *friction_;
+  present.take(system_.mass(), end_positions(u));
+  present.add_force_stiffness(velocity_, rate_of_end(), stiffness);
 }
 
 void PotentialProblem::take_loads(const Vector& u) {
   at_ = origin_ + u;
   system_.external_force(load_point(at_), full_);
-  load_ += load_weight_ * (full_ - constant_loads_);
-  constant_loads_ = full_;
+  if (full_.size() > 0) {
+    load_ += load_weight_ * (full_ - constant_loads_);
+    constant_loads_ = full_;
+  }
+  take_friction(u);
   make_remainder();
+}
+
+void PotentialProblem::take_friction(const Vector& u) {
+  if (has_friction()) friction_->take(system_.mass(), end_positions(u));
 }
 
 void PotentialProblem::set_origin(const Vector& positions) {
@@ -170,7 +211,8 @@ double PotentialProblem::largest(const Vector& u) const {
 
 ForcePoint PotentialProblem::energy_point(const Vector& x) const {
   const ForcePoint at = system_.energy_point(x, time_);
-  return {at.mass, at.position, at.time, span_};
+  ForcePoint own{at.mass, at.position, at.time, span_, load_factor_};
+  return own;
 }
 
 const Vector& PotentialProblem::step_displacement(const Vector& u) const {
@@ -182,7 +224,11 @@ const Vector& PotentialProblem::step_displacement(const Vector& u) const {
 EvaluationStatus PotentialProblem::move_terms(const Vector& u) const {
   if (!has_general_terms()) return {};
   at_ = origin_ + u;
-  if (!dissipations_.empty()) velocity_ = ((origin_ - previous_) + u) / step_;
+  if (!dissipations_.empty() || has_friction()) velocity_ = ((origin_ - previous_) + u) / step_;
+  if (contact_ != nullptr) {
+    const Index vertex = contact_->undefined_vertex(point(at_));
+    if (vertex >= 0) return {-1, vertex};
+  }
   for (const WeightedPotential& potential : potentials_) {
     const Index vertex = potential.term->undefined_vertex(point(at_));
     if (vertex >= 0) return {-1, vertex};
@@ -208,6 +254,8 @@ double PotentialProblem::term_energy(const Vector& u) const {
       return sum;
     });
   }
+  if (contact_ != nullptr) energy += contact_->energy(at);
+  if (has_friction()) energy += step_ * friction_->potential(velocity_);
   for (const ForceTerm* term : dissipations_) {
     energy += step_ * term->dissipation(energy_point(dissipation_point_), velocity_);
   }
@@ -220,6 +268,8 @@ void PotentialProblem::add_term_gradient(const Vector& u, Vector& gradient) cons
   for (const WeightedPotential& potential : potentials_) {
     add_gradient(potential, point(at_), gradient);
   }
+  if (contact_ != nullptr) contact_->add_gradient(point(at_), gradient);
+  if (has_friction()) friction_->add_gradient(velocity_, gradient);
   for (const ForceTerm* term : dissipations_) {
     term->add_dissipation_gradient(point(dissipation_point_), velocity_, gradient);
   }
@@ -230,6 +280,7 @@ bool PotentialProblem::vertex_residual(const Vector& u, Vector& residual) const 
   if (!move_terms(u).ok()) return false;
   residual = coefficient_.cwiseProduct(u) - remainder_;
   if (!potentials_.empty()) residual -= start_gradient_;
+  if (has_friction()) friction_->add_gradient(velocity_, residual);
   for (const ForceTerm* term : dissipations_) {
     term->add_dissipation_gradient(point(dissipation_point_), velocity_, residual);
   }
@@ -241,13 +292,15 @@ void PotentialProblem::term_hessian(const Vector& u, HessianForm form,
   hessian.reset(system_.vertex_count());
   if (!has_general_terms()) return;
   at_ = origin_ + u;
-  if (!dissipations_.empty()) {
+  if (!dissipations_.empty() || has_friction()) {
     velocity_ = ((origin_ - previous_) + u) / step_;
+    if (has_friction()) friction_->add_hessian(velocity_, hessian);
     for (const ForceTerm* term : dissipations_) {
       term->add_dissipation_hessian(point(dissipation_point_), velocity_, form, hessian);
     }
     hessian.scale(1.0 / step_);
   }
+  if (contact_ != nullptr) contact_->add_hessian(point(at_), form, hessian);
   for (const auto& [term, weight] : potentials_) {
     if (weight == 1.0) {
       term->add_hessian(point(at_), form, hessian);
@@ -291,8 +344,9 @@ bool PotentialProblem::needs_volume(Index e) const {
 
 double PotentialProblem::longest_term_step(const Vector& u, const Vector& d) const {
   double longest = std::numeric_limits<double>::infinity();
-  if (potentials_.empty()) return longest;
+  if (potentials_.empty() && contact_ == nullptr) return longest;
   at_ = origin_ + u;
+  if (contact_ != nullptr) longest = contact_->longest_step(point(at_), d);
   for (const WeightedPotential& potential : potentials_) {
     longest = std::min(longest, potential.term->longest_step(point(at_), d));
   }
@@ -423,9 +477,15 @@ double PotentialProblem::round_off(const Vector& u) const {
     return 0.5 * std::numeric_limits<double>::epsilon() *
            (std::sqrt(own[2]) + load_norm_ + std::sqrt(own[0]) * largest(u) + std::sqrt(own[1]));
   }
-  return 0.5 * std::numeric_limits<double>::epsilon() *
-         (coefficient_.cwiseProduct(u).norm() + load_norm_ +
-          std::sqrt(sums.squared) * u.cwiseAbs().maxCoeff() + std::sqrt(sums.with_edges));
+  double round_off = 0.5 * std::numeric_limits<double>::epsilon() *
+                     (coefficient_.cwiseProduct(u).norm() + load_norm_ +
+                      std::sqrt(sums.squared) * u.cwiseAbs().maxCoeff() +
+                      std::sqrt(sums.with_edges));
+  if (contact_ != nullptr) {
+    const Vector x = origin_ + u;
+    if (contact_->undefined_vertex(point(x)) < 0) round_off += contact_->round_off(point(x));
+  }
+  return round_off;
 }
 
 }  // namespace tetraction

@@ -56,7 +56,7 @@ Vector StaticProblem::applied_force(double factor, const Vector& x) const {
 }
 
 void StaticProblem::begin(const Vector& q, double factor, const Vector& load) {
-  factor_ = factor;
+  factor_ = load_factor_ = factor;
   examined_ = false;
   begin_at(q, time_, {});
   viscous_.begin(previous_, 0.0);
@@ -114,6 +114,7 @@ EvaluationStatus StaticProblem::energies(double factor, const Vector& x, Energie
   energies.set_environment(factor * energies.environment());
   for (std::size_t i = 0; i < energies.extra_count(); ++i) {
     const Energies::Entry entry = energies.extra(i);
+    if (system_.contact() != nullptr && entry.name == system_.contact()->name()) continue;
     energies.set_extra(i, entry.name, factor * entry.value);
   }
   return status;

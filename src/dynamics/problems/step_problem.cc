@@ -47,6 +47,7 @@ void StepProblem::begin(const State& state, double h, double end_time, double al
   });
   gather_potentials(1.0);
   gather_dissipations();
+  begin_friction(state.time, end_time, !has_contact_potential());
   measure_load();
   set_origin(base_);
   // Momenta that are mere round-off, summed up over many steps, do not count as a load.
@@ -81,6 +82,18 @@ void StepProblem::inertial_guess(Vector& x) const {
   x = load_;
   if (constraint_force().size() > 0) x += constraint_force();
   x = x.cwiseQuotient(coefficient_);
+  system_.coordinates().project_velocity(system_.mass(), x);
+  x += base_;
+}
+
+void StepProblem::clear_way(Vector& x) const {
+  const Contact* contact = system_.contact();
+  if (contact == nullptr) return;
+  const ForcePoint start = system_.force_point(previous_, span_->begin);
+  const double factor = 1.0 / alpha_;  // from x to the end of the step
+  Vector end = previous_ + factor * (x - previous_);
+  if (!contact->clear_way(start, system_.force_point(end, span_->end), end)) return;
+  x = previous_ + alpha_ * (end - previous_) - base_;
   system_.coordinates().project_velocity(system_.mass(), x);
   x += base_;
 }

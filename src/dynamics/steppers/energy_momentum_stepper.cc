@@ -34,9 +34,9 @@ constexpr int kGuesses = kMirrored + 1;
 class EnergyMomentumStepper : public ImplicitStepper {
  public:
   EnergyMomentumStepper(const MechanicalSystem& system, std::shared_ptr<Minimizer> minimizer,
-                        std::shared_ptr<RootFinder> finder)
-      : EnergyMomentumStepper(std::make_unique<DiscreteGradientStep>(system), std::move(minimizer),
-                              std::move(finder)) {}
+                        std::shared_ptr<RootFinder> finder, StepForces forces)
+      : EnergyMomentumStepper(std::make_unique<DiscreteGradientStep>(system, forces),
+                              std::move(minimizer), std::move(finder)) {}
 
   void reset() override {
     ImplicitStepper::reset();
@@ -104,7 +104,9 @@ class EnergyMomentumStepper : public ImplicitStepper {
     step_.take_hessian_at_middle();
     if (find(from, end_time, outcome) && solve_again(from, outcome)) return true;
     outcome.status = StepStatus::kNotConverged;
-    outcome.message = "the equations of the energy-momentum step have no solution near any guess" +
+    outcome.message = std::string("the equations of the ") +
+                      (step_.forces() == StepForces::kDiscrete ? "energy-momentum" : "midpoint") +
+                      " step have no solution near any guess" +
                       (message.empty() ? std::string() : ": " + message) + note_on_limit(from);
     return false;
   }
@@ -139,6 +141,12 @@ class EnergyMomentumStepper : public ImplicitStepper {
 
   // Sets work_ to guess number i. Returns false if it is not possible.
   bool propose(int i, const State& from) {
+    if (!propose_freely(i, from)) return false;
+    step_.clear_way(work_);
+    return true;
+  }
+
+  bool propose_freely(int i, const State& from) {
     if (i < FirstGuess::kCount) return guess_.propose(i, step_, from, work_);
     if (system_.constraints().empty()) {
       step_.inertial_guess(work_);
@@ -177,7 +185,7 @@ class EnergyMomentumStepper : public ImplicitStepper {
 
   // Solves the equations with the forces of constraints that the problem has.
   bool solve(StepOutcome& outcome) {
-    step_.set_with_load_stiffness(system_.has_load_of_position());
+    step_.set_with_load_stiffness(system_.has_following_forces());
     const MinimizerReport report = solve_to_round_off(step_, solve_.u(), outcome.minimizer, [&] {
       return finder_->find_root(equations_, solve_.u());
     });
@@ -186,8 +194,9 @@ class EnergyMomentumStepper : public ImplicitStepper {
       outcome.message = report.message;
       return false;
     }
-    const bool is_exact = step_.roughness() > 1.0 || polish(outcome);
-    if (system_.has_load_of_position()) step_.take_loads(solve_.u());
+    const bool is_exact = step_.roughness() > 1.0 ||
+                          step_.forces() != StepForces::kDiscrete || polish(outcome);
+    if (system_.has_following_forces()) step_.take_loads(solve_.u());
     return is_exact;
   }
 
@@ -280,7 +289,17 @@ class EnergyMomentumStepper : public ImplicitStepper {
                      StepOutcome& outcome) override {
     const ForcePoint start = system_.force_point(from.position, from.time);
     const ForcePoint end = system_.force_point(to.position, to.time);
-    constraining_ = gather_discrete_forces(system_, start, end, load_, outer_, spring_force_);
+    if (step_.forces() == StepForces::kDiscrete) {
+      constraining_ = gather_discrete_forces(system_, start, end, load_, outer_, spring_force_);
+    } else {
+      const TimeSpan span{from.time, to.time};
+      const ForcePoint middle = system_.force_point(x_, from.time + step_.step(), span);
+      constraining_ = gather_middle_forces(system_, middle, start, end, load_, outer_, spring_force_);
+    }
+    if (const Contact* contact = system_.contact(); contact != nullptr) {
+      obstacle_forces_ = contact->mean_forces(start, end);
+      add_friction(to);
+    }
     if (system_.is_dissipative()) add_damping(from, to.velocity, outer_);
     step_.set_rate_estimate(solve_.u());
     const Vector* gradient = nullptr;
@@ -368,7 +387,14 @@ std::unique_ptr<Stepper> make_energy_momentum_stepper(const MechanicalSystem& sy
                                                       std::shared_ptr<Minimizer> minimizer,
                                                       std::shared_ptr<RootFinder> root_finder) {
   return std::make_unique<EnergyMomentumStepper>(system, std::move(minimizer),
-                                                 std::move(root_finder));
+                                                 std::move(root_finder), StepForces::kDiscrete);
+}
+
+std::unique_ptr<Stepper> make_midpoint_contact_stepper(const MechanicalSystem& system,
+                                                       std::shared_ptr<Minimizer> minimizer,
+                                                       std::shared_ptr<RootFinder> root_finder) {
+  return std::make_unique<EnergyMomentumStepper>(
+      system, std::move(minimizer), std::move(root_finder), StepForces::kMiddleButContact);
 }
 
 }  // namespace tetraction

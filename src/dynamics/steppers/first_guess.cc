@@ -39,10 +39,11 @@ FirstGuess::Quality FirstGuess::choose(StepProblem& problem, const State& state)
   int best = -1;
   const auto judge = [&](int guess) {
     double phi = 0.0;
-    if (guess == kStay && knows_energy_ && !moving_) {
+    if (guess == kStay && knows_value_of_stay()) {
       phi = elastic_energy_;
     } else {
       make(guess, problem, state, trial_);
+      problem.clear_way(trial_);
       problem.set_origin(trial_);
       // The guess that was best in the last step is evaluated last and with its gradient, because
       // the minimiser begins with this evaluation.
@@ -66,7 +67,7 @@ FirstGuess::Quality FirstGuess::choose(StepProblem& problem, const State& state)
     return Quality::kUndefined;
   }
   best_ = best;
-  if (best == kStay && (best != favourite || knows_energy_)) {
+  if (best == kStay && knows_value_of_stay()) {
     problem.set_origin(problem.base());
   } else if (best != favourite) {
     problem.set_origin(least_);

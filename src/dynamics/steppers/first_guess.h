@@ -50,6 +50,10 @@ class FirstGuess {
 
   bool is_possible(int guess) const { return guess == kRigid ? free_ : guess < 3 + earlier_count_; }
   void make(int guess, const StepProblem& problem, const State& state, Vector& x) const;
+  // Whether Φ at q_k is the elastic energy there.
+  bool knows_value_of_stay() const {
+    return knows_energy_ && !moving_ && system_.contact() == nullptr;
+  }
 
   // The rigid motion of q with the least Σ m |x − target|² (shape matching, Müller et al. 2005).
   void make_rigid(const Vector& q, const Vector& target, Vector& x) const;

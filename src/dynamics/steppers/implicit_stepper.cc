@@ -5,6 +5,7 @@
 
 #include "common_outcome.h"
 #include "converge_loads.h"
+#include "dynamics/contact/friction_step.h"
 #include "dynamics/terms/term_forces.h"
 #include "tetraction/dynamics/body_sums.h"
 
@@ -84,7 +85,8 @@ StepOutcome ImplicitStepper::advance_part(const State& from, State& to, double h
   if (system_.is_dissipative()) outcome.dissipated_energy = problem_->dissipated_energy(u, h);
   reactions_.force /= h;
   reactions_.delay /= h;
-  outcome.constraint_work = work_of_constraints(from, to);
+  outcome.constraint_work = work_of_constraints(from, to) + obstacle_work(from, to);
+  enter_friction(h, to, outcome);
   if (constraining_) {
     reactions_.force += spring_force_;
     reactions_.delay += (1.0 - alpha_) * h * spring_force_;
@@ -98,6 +100,32 @@ StepOutcome ImplicitStepper::advance_part(const State& from, State& to, double h
 // Loads that depend on positions are those of the solution. Without a root finder, and with the multipliers of
 // constraints, they are first others, and are replaced by those of the solution until both agree within
 // the tolerance.
+// The energy of friction, and the impulses of obstacles.
+void ImplicitStepper::enter_friction(double h, const State& to, StepOutcome& outcome) {
+  if (system_.contact() == nullptr) return;
+  add_obstacle_impulses(obstacle_forces_, h, outcome);
+  outcome.step_size = h;
+  if (!problem_->has_friction()) return;
+  const FrictionStep& friction = problem_->friction();
+  const FrictionPower power = friction.power(to.velocity);
+  outcome.friction_dissipation = h * power.dissipated;
+  outcome.constraint_work += h * power.of_obstacles;
+  friction.for_each_force(to.velocity, [&](std::size_t k, Index v, const Vector3& force) {
+    ObstacleForce& impulse = outcome.obstacle_impulses[k];
+    impulse.force += h * force;
+    impulse.moment += h * vertex_block(x_, v).cross(force);
+  });
+}
+
+// outer_ += the forces of friction.
+void ImplicitStepper::add_friction(const State& to) {
+  if (!problem_->has_friction()) return;
+  problem_->friction().for_each_force(to.velocity,
+                                      [&](std::size_t, Index v, const Vector3& force) {
+                                        vertex_block(outer_, v) += force;
+                                      });
+}
+
 bool ImplicitStepper::converge_loads(const State& from, double h, double end_time,
                                      StepOutcome& outcome) {
   if (!system_.has_load_of_position()) return true;
@@ -162,6 +190,10 @@ bool ImplicitStepper::gather_forces(const State& from, const State& to, double h
   const double time = from.time + problem_->step();
   constraining_ = gather_term_forces(system_, system_.force_point(x_, time, step), load_, outer_,
                                      spring_force_);
+  if (const Contact* contact = system_.contact(); contact != nullptr) {
+    obstacle_forces_ = contact->forces(system_.force_point(x_, time));
+    add_friction(to);
+  }
   force_ = outer_ - *gradient;
   if (!system_.is_dissipative()) return true;
   // The forces of viscosity are minus the gradient of its potential.

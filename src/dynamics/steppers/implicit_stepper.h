@@ -51,6 +51,9 @@ class ImplicitStepper : public Stepper {
   /// Adds the forces of drag, mass damping and other dissipative terms to `forces`.
   void add_damping(const State& from, const Vector& velocity, Vector& forces) const;
 
+  /// Adds the forces of friction to outer_.
+  void add_friction(const State& to);
+
   /// to.position ← q_{k+1}. to.velocity is already v.
   virtual void set_end_position(const State& from, State& to, double h) = 0;
   /// to.momentum ← p_{k+1}. Also enters the reactions of constraints. `start` is p_k after the
@@ -74,6 +77,7 @@ class ImplicitStepper : public Stepper {
   Vector load_;  // empty: none
   Vector spring_force_;
   bool constraining_ = false;  // a term stands for a constraint
+  std::vector<ObstacleForce> obstacle_forces_;  // without friction
 
  private:
   std::unique_ptr<StepProblem> problem_;
@@ -86,6 +90,7 @@ class ImplicitStepper : public Stepper {
   // The step of the own part of the body, with the part's shares in the balance.
   StepOutcome advance_part(const State& from, State& to, double h, double end_time);
   bool lead_along(const State& from, double end_time, StepOutcome& outcome);
+  void enter_friction(double h, const State& to, StepOutcome& outcome);
   bool converge_loads(const State& from, double h, double end_time, StepOutcome& outcome);
   bool take_momenta(const State& from, State& to, double h, StepOutcome& outcome);
 
@@ -96,5 +101,11 @@ class ImplicitStepper : public Stepper {
   Vector damping_;
   Vector start_;
 };
+
+/// The midpoint rule where a body may touch obstacles: contact has a discrete gradient over the step, so that no step
+/// ends beyond an obstacle.
+std::unique_ptr<Stepper> make_midpoint_contact_stepper(const MechanicalSystem& system,
+                                                       std::shared_ptr<Minimizer> minimizer,
+                                                       std::shared_ptr<RootFinder> root_finder);
 
 }  // namespace tetraction

@@ -2,6 +2,7 @@
 #include <utility>
 
 #include "implicit_stepper.h"
+#include "tetraction/core/error.h"
 
 namespace tetraction {
 namespace {
@@ -68,6 +69,12 @@ class MidpointStepper : public ImplicitStepper {
 std::unique_ptr<Stepper> make_midpoint_stepper(const MechanicalSystem& system,
                                                std::shared_ptr<Minimizer> minimizer,
                                                std::shared_ptr<RootFinder> root_finder) {
+  if (system.contact() != nullptr) {
+    if (!root_finder) {
+      throw InputError("The midpoint rule needs a root finder where a body may touch obstacles.");
+    }
+    return make_midpoint_contact_stepper(system, std::move(minimizer), std::move(root_finder));
+  }
   return std::make_unique<MidpointStepper>(system, std::move(minimizer), std::move(root_finder));
 }
 

@@ -94,6 +94,7 @@ class Implementation : public StaticStepper {
     start_ = from.position;
     double phi = 0.0;
     if (problem_.base() != start_) guess_.carry_along(problem_, start_);
+    clear_way(from, factor);
     problem_.set_origin(start_);
     const EvaluationStatus status = problem_.value(solve_.u(), phi);
     if (!status.ok() || !guess_.keeps_volumes(from.position, start_)) {
@@ -119,6 +120,20 @@ class Implementation : public StaticStepper {
     }
     problem_.set_origin(start_);
     return true;
+  }
+
+  // Obstacles that move with the loads push vertices aside.
+  void clear_way(const State& from, double factor) {
+    const Contact* contact = system_.contact();
+    if (contact == nullptr) return;
+    ForcePoint before = system_.force_point(from.position, problem_.time());
+    before.load_factor = from.time;
+    ForcePoint after = system_.force_point(start_, problem_.time());
+    after.load_factor = factor;
+    if (!contact->clear_way(before, after, start_)) return;
+    start_ -= problem_.base();
+    system_.coordinates().project_velocity(system_.mass(), start_);
+    start_ += problem_.base();
   }
 
   // The first minimisation begins far away. The displacements that it finds have round-off, which
@@ -207,8 +222,10 @@ class Implementation : public StaticStepper {
     for (const ForceTerm* term : system_.force_terms()) {
       if (!term->has_potential() || term->account() != EnergyAccount::kStored) continue;
       gradient_.setZero(system_.dof_count());
-      term->add_gradient(system_.force_point(x, problem_.time()), gradient_);
-      all.add(-factor * gradient_, x, about);
+      ForcePoint at = system_.force_point(x, problem_.time());
+      at.load_factor = factor;
+      term->add_gradient(at, gradient_);
+      all.add(term == system_.contact() ? Vector(-gradient_) : Vector(-factor * gradient_), x, about);
     }
     // Residuals that the solver may leave at the vertices add up.
     const double left = std::sqrt(static_cast<double>(system_.vertex_count())) *

@@ -73,7 +73,7 @@ double Stepper::driven_work(const State& from, const State& to) const {
   const ForcePoint end = system_.energy_point(to.position, to.time);
   double work = 0.0;
   for (const ForceTerm* term : system_.force_terms()) {
-    if (!term->has_potential()) continue;
+    if (!term->has_potential() || term == system_.contact()) continue;
     const EnergyAccount account = term->account();
     if (account != EnergyAccount::kStored && account != EnergyAccount::kExternalWork) continue;
     work += term->driven_work(start, end);
@@ -82,8 +82,29 @@ double Stepper::driven_work(const State& from, const State& to) const {
   return work;
 }
 
+double Stepper::obstacle_work(const State& from, const State& to) const {
+  const Contact* contact = system_.contact();
+  if (contact == nullptr || !contact->moves()) return 0.0;
+  return contact->driven_work(system_.energy_point(from.position, from.time),
+                              system_.energy_point(to.position, to.time));
+}
+
+void Stepper::add_obstacle_impulses(const std::vector<ObstacleForce>& forces, double dt,
+                                    StepOutcome& outcome) {
+  outcome.obstacle_impulses.resize(forces.size());
+  for (std::size_t i = 0; i < forces.size(); ++i) {
+    outcome.obstacle_impulses[i].force += dt * forces[i].force;
+    outcome.obstacle_impulses[i].moment += dt * forces[i].moment;
+  }
+}
+
 StepOutcome& Stepper::undefined(StepOutcome& outcome, const ForceTerm& term, Index vertex) const {
   outcome.status = StepStatus::kUndefined;
+  if (&term == system_.contact() && vertex >= 0) {
+    outcome.message = "vertex " + std::to_string(system_.mesh().vertex_id(vertex)) +
+                      " would penetrate an obstacle or pass through it";
+    return outcome;
+  }
   const std::string potential = "the potential of the force term \"" + term.name() + "\" is not ";
   outcome.message = vertex < 0 ? potential + "finite"
                                : potential + "defined at vertex " +

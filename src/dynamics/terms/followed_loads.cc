@@ -12,6 +12,7 @@ EvaluationStatus FollowedLoads::residual(const Vector& u, Vector& residual) cons
 
 EvaluationStatus FollowedLoads::linearize(const Vector& u) {
   point_ = u;
+  problem_.take_friction(u);
   // The whole stiffness of the loads comes in place of its symmetric part.
   problem_.set_with_load_stiffness(false);
   problem_.term_hessian(u, HessianForm::kExact, terms_);

@@ -34,6 +34,21 @@ bool gather_term_forces(const MechanicalSystem& system, const ForcePoint& at, co
       constraint_force);
 }
 
+bool gather_middle_forces(const MechanicalSystem& system, const ForcePoint& middle,
+                          const ForcePoint& from, const ForcePoint& to, const Vector& load,
+                          Vector& outer, Vector& constraint_force) {
+  return gather(
+      system, load,
+      [&](const ForceTerm& term, Vector& gradient) {
+        if (&term == system.contact()) {
+          term.add_discrete_gradient(from, to, gradient);
+        } else {
+          term.add_gradient(middle, gradient);
+        }
+      },
+      outer, constraint_force);
+}
+
 bool gather_discrete_forces(const MechanicalSystem& system, const ForcePoint& from,
                             const ForcePoint& to, const Vector& load, Vector& outer,
                             Vector& constraint_force) {

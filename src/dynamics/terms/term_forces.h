@@ -15,4 +15,9 @@ bool gather_discrete_forces(const MechanicalSystem& system, const ForcePoint& fr
                             const ForcePoint& to, const Vector& load, Vector& outer,
                             Vector& constraint_force);
 
+/// The same with the forces at a point, but those of contact with obstacles from a discrete gradient.
+bool gather_middle_forces(const MechanicalSystem& system, const ForcePoint& middle,
+                          const ForcePoint& from, const ForcePoint& to, const Vector& load,
+                          Vector& outer, Vector& constraint_force);
+
 }  // namespace tetraction

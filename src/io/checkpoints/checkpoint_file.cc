@@ -33,7 +33,7 @@ namespace fs = std::filesystem;
 // The beginning of a file. It is followed by the size of the numbers, the numbers, and the check sum
 // of everything before it.
 constexpr std::string_view kMagic = "Tetraction checkpoint\n";
-constexpr std::uint32_t kFormat = 5;
+constexpr std::uint32_t kFormat = 6;
 constexpr std::uint32_t kByteOrder = 0x01020304;
 constexpr std::size_t kBeginSize =
     kMagic.size() + sizeof kFormat + sizeof kByteOrder + sizeof(std::uint64_t);

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <cmath>
 #include <string>
 #include <vector>
 
@@ -16,11 +17,13 @@ inline std::string header_text(const HistoryColumns& columns) {
 }
 
 /// Numbers with 17 digits, which read back as they were. Whole numbers have no point. Steps, which people choose, have as
-/// few digits as read back so.
+/// few digits as read back so. The place of a number that there is not, such as the gap of a body that touches
+/// nothing, is empty.
 inline std::string row_text(const HistoryColumns& columns, const std::vector<double>& values) {
   std::string row;
   for (std::size_t i = 0; i < values.size(); ++i) {
     if (i > 0) row += ',';
+    if (!std::isfinite(values[i])) continue;
     row += columns.names()[i] == "time_step" ? fmt::format("{}", values[i])
                                              : fmt::format("{:.17g}", values[i]);
   }

@@ -65,6 +65,21 @@ nlohmann::ordered_json motion_energy_json(const Balance& balance) {
           {"scale", balance.energy_scale()}};
 }
 
+nlohmann::ordered_json obstacles_json(const Session& session) {
+  const Contact& contact = *session.system().contact();
+  const std::vector<ObstacleImpulse>& all = session.balance().sums().obstacles;
+  nlohmann::ordered_json json = nlohmann::ordered_json::object();
+  for (std::size_t i = 0; i < contact.size(); ++i) {
+    const ObstacleImpulse impulse = i < all.size() ? all[i] : ObstacleImpulse{};
+    const Vector3& linear = impulse.linear;
+    const Vector3& angular = impulse.angular;
+    json[contact.obstacle(i).name] = {{"impulse", {linear.x(), linear.y(), linear.z()}},
+                                      {"angular_impulse", {angular.x(), angular.y(), angular.z()}},
+                                      {"largest_force", impulse.largest_force}};
+  }
+  return json;
+}
+
 nlohmann::ordered_json equilibrium_json(const Session& session, const LoadPath& path) {
   const Displacement largest = largest_displacement(session.system(), session.state().position);
   const Vector3 reaction = resultant(session.reaction_force());
@@ -168,6 +183,10 @@ std::string summary_json(const Session& session, const std::string& directory,
   }
   for (std::size_t i = 0; i < balance.energies().extra_count(); ++i) {
     json["energy"]["terms"][balance.energies().extra(i).name] = balance.energies().extra(i).value;
+  }
+  if (system.contact() != nullptr && path == nullptr) {
+    json["energy"]["friction_dissipation"] = balance.friction_dissipation();
+    json["obstacles"] = obstacles_json(session);
   }
   if (path == nullptr) {
     json["max_relative_energy_drift"] = balance.max_relative_energy_drift();

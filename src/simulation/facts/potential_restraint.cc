@@ -23,10 +23,14 @@ Potentials potentials_of(const MechanicalSystem& system, const Vector& x, double
     if (kind == Potentials::kWithoutLoads && is_load) continue;
     HessianBlocks hessian;
     hessian.reset(system.vertex_count());
-    term->add_hessian(at, HessianForm::kExact, hessian);
+    if (term == system.contact()) {
+      system.contact()->add_support(at, hessian);
+    } else {
+      term->add_hessian(at, HessianForm::kExact, hessian);
+    }
     if (kind == Potentials::kWithoutMeans && !hessian.outers().empty()) continue;
     result.any = true;
-    term->add_gradient(at, result.gradient);
+    if (term != system.contact()) term->add_gradient(at, result.gradient);
     result.hessian.add(hessian, 1.0);
   }
   if (kind == Potentials::kWithoutLoads) return result;

@@ -1,6 +1,8 @@
 #include "tetraction/simulation/quantities.h"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 #include <utility>
 
 #include "tetraction/core/parallel.h"
@@ -75,6 +77,41 @@ Matrix region_numbers(BodyFields& fields) {
     region(0, e) = system.region_count() > 1 ? system.region(e) : system.mesh().region(e);
   }
   return region;
+}
+
+// Where contact is evaluated: an equilibrium moves obstacles with its loads.
+ForcePoint contact_point(const BodyFields& fields) {
+  const LoadPath* path = fields.session.load_path();
+  ForcePoint at = fields.system.force_point(fields.q, path != nullptr ? 0.0 : fields.state.time);
+  if (path != nullptr) at.load_factor = fields.state.time;
+  return at;
+}
+
+// The pressure of contact, or with `gap` the distance to the nearest obstacle.
+Matrix contact_scalar(BodyFields& fields, bool gap) {
+  const Contact* contact = fields.system.contact();
+  Matrix values(1, fields.system.vertex_count());
+  if (contact == nullptr) {
+    values.setConstant(gap ? std::numeric_limits<double>::quiet_NaN() : 0.0);
+    return values;
+  }
+  Vector pressure;
+  Vector gaps;
+  contact->fields(contact_point(fields), pressure, gaps);
+  for (Index v = 0; v < values.cols(); ++v) {
+    values(0, v) = !gap                    ? pressure[v]
+                   : std::isfinite(gaps[v]) ? gaps[v]
+                                            : std::numeric_limits<double>::quiet_NaN();
+  }
+  return values;
+}
+
+Matrix contact_forces(BodyFields& fields) {
+  Vector gradient = Vector::Zero(fields.system.dof_count());
+  if (const Contact* contact = fields.system.contact(); contact != nullptr) {
+    contact->add_gradient(contact_point(fields), gradient);
+  }
+  return (0.0 - gradient.array()).matrix().reshaped(3, fields.system.vertex_count());
 }
 
 Matrix recovered_von_mises(BodyFields& fields) {
@@ -165,6 +202,20 @@ std::vector<Quantity> all_quantities() {
        .shape = kVector,
        .frames = InFrames::kDefault,
        .of_body = [](F& f) { return deformation_field(f.system, f.q); }},
+      {.name = "contact_pressure",
+       .unit = "Pa",
+       .frames = InFrames::kContact,
+       .color = {"Contact pressure", 11},
+       .of_body = [](F& f) { return contact_scalar(f, false); }},
+      {.name = "contact_force",
+       .unit = "N",
+       .shape = kVector,
+       .frames = InFrames::kContact,
+       .of_body = contact_forces},
+      {.name = "gap",
+       .unit = "m",
+       .frames = InFrames::kContact,
+       .of_body = [](F& f) { return contact_scalar(f, true); }},
       {.name = "cauchy_stress_nodal",
        .unit = "Pa",
        .shape = kSymmetricTensor,
@@ -310,14 +361,16 @@ std::vector<const Quantity*> frame_quantities() {
 }
 
 std::vector<const Quantity*> chosen_quantities(const std::vector<std::string>& names,
-                                               VolumeRule volume, bool is_quadratic) {
+                                               VolumeRule volume, bool is_quadratic,
+                                               bool has_contact) {
   const auto has = [&](const char* name) { return std::ranges::count(names, name) > 0; };
   std::vector<const Quantity*> list = frame_quantities();
   std::erase_if(list, [&](const Quantity* quantity) {
     const bool is_default =
         quantity->frames == InFrames::kDefault ||
         (quantity->frames == InFrames::kNodal && volume == VolumeRule::kNodal) ||
-        (quantity->frames == InFrames::kQuadratic && is_quadratic);
+        (quantity->frames == InFrames::kQuadratic && is_quadratic) ||
+        (quantity->frames == InFrames::kContact && has_contact);
     return !has(quantity->name) && !(is_default && (names.empty() || has(kDefaultFields)));
   });
   return list;

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "body_constraints.h"
+#include "body_obstacles.h"
 #include "mesh/shared_error.h"
 #include "setting_keys.h"
 #include "tetraction/core/error.h"
@@ -147,6 +148,7 @@ void set_initial_velocity(const Scene& scene, const MechanicalSystem& system, St
 
 void require_defined_terms(const MechanicalSystem& system, const Vector& position, double time,
                            const std::string& what) {
+  refuse_penetration(system, position, time, what);
   Index vertex = -1;
   const ForceTerm* term = system.undefined_term(position, time, vertex);
   if (term == nullptr) return;

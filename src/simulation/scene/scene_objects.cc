@@ -9,6 +9,7 @@
 
 #include "body_constraints.h"
 #include "body_loads.h"
+#include "body_obstacles.h"
 #include "initial_state.h"
 #include "setting_keys.h"
 #include "tetraction/core/error.h"
@@ -101,6 +102,7 @@ std::unique_ptr<MechanicalSystem> make_system(const Scene& scene, TetMesh mesh) 
                                                    scene.mesh.volume);
   put_sections(scene, *system, scene.amplitude);
   set_loads(scene, *system);
+  system->set_contact(make_contact(scene, *system));
   for (const auto& term : scene.force_term) system->add_force_term(term);
   return system;
 }
@@ -251,6 +253,19 @@ void check_solver(Integrator integrator, const SolverSettings& solver,
                     solver.kind, to_string(integrator)));
   }
   if (solver.kind == "ceres") check_ceres(system);
+  if (system.contact() == nullptr || solver.kind == "newton") return;
+  if (integrator == Integrator::kMidpoint) {
+    throw InputError(fmt::format(
+        "solver.kind = \"{}\" minimises, but a midpoint step with [[obstacle]] is no minimisation: "
+        "take solver.kind = \"newton\", or integrator = \"backward-euler\".",
+        solver.kind));
+  }
+  if (system.contact()->has_friction()) {
+    throw InputError(fmt::format(
+        "solver.kind = \"{}\" minimises, but a step with friction is no minimisation: take "
+        "solver.kind = \"newton\", or obstacle.friction = 0.",
+        solver.kind));
+  }
 }
 
 namespace {

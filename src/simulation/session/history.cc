@@ -87,6 +87,10 @@ HistoryColumns::HistoryColumns(const Session& session)
   for (std::size_t i = 0; i < energies.extra_count(); ++i) {
     name(fmt::format("{}_energy", energies.extra(i).name));
   }
+  if (session.system().contact() != nullptr) {
+    if (!is_static) name("friction_dissipation");
+    name("min_gap");
+  }
   if (has_repeated_) name("rejected", "substeps");
   for (const Adaptation& kind : adaptations()) {
     if (!session.may_adapt(kind.name)) continue;
@@ -133,6 +137,13 @@ std::vector<double> HistoryColumns::values(const Session& session) const {
     }
   }
   for (std::size_t i = 0; i < e.extra_count(); ++i) push(e.extra(i).value);
+  if (const Contact* contact = session.system().contact(); contact != nullptr) {
+    if (path == nullptr) push(balance.friction_dissipation());
+    const double time = path == nullptr ? session.time() : 0.0;
+    ForcePoint at = session.system().force_point(session.present_state().position, time);
+    if (path != nullptr) at.load_factor = path->factor;
+    push(contact->smallest_gap(at));
+  }
   const StepControl& control = session.step_control();
   if (has_repeated_) push(control.last_rejected, control.last_substeps);
   for (const auto value : adaptation_values_) push(control.*value);

@@ -21,7 +21,7 @@ constexpr double kBelowFailure = 0.9;
 // Evaluations of find_step().
 constexpr int kMostTrials = 16;
 
-struct Trial {
+struct StepTrial {
   double square = 0.0;  // h²
   double residual = 0.0;
 };
@@ -31,7 +31,7 @@ bool differ_in_sign(double a, double b) {
 }
 
 // Where the straight line through two trials vanishes.
-double secant(const Trial& a, const Trial& b) {
+double secant(const StepTrial& a, const StepTrial& b) {
   return (a.square * b.residual - b.square * a.residual) / (b.residual - a.residual);
 }
 
@@ -41,27 +41,27 @@ class Search {
   Search(const std::function<std::optional<double>(double)>& residual, double tolerance)
       : residual_(residual), tolerance_(tolerance) {}
 
-  std::optional<Trial> at(double step) {
+  std::optional<StepTrial> at(double step) {
     ++trials_;
     const std::optional<double> value = residual_(step);
     if (!value || !std::isfinite(*value)) return std::nullopt;
     if (best_.step == 0.0 || std::abs(*value) < std::abs(best_.residual)) {
       best_ = {step, *value, std::abs(*value) <= tolerance_};
     }
-    return Trial{step * step, *value};
+    return StepTrial{step * step, *value};
   }
   bool is_over() const { return best_.found || trials_ >= kMostTrials; }
   const StepRoot& best() const { return best_; }
 
   // Regula falsi between two trials of different signs (Illinois).
-  void narrow(Trial a, Trial b, const StepBounds& bounds) {
+  void narrow(StepTrial a, StepTrial b, const StepBounds& bounds) {
     int same_end = 0;  // −1: a was replaced last; 1: b
     while (!is_over()) {
       const double next =
           std::clamp(std::sqrt(std::max(0.0, secant(a, b))), bounds.least, bounds.most);
       // The solution is beyond a bound, or between two neighbouring numbers.
       if (next * next == a.square || next * next == b.square) return;
-      const std::optional<Trial> trial = at(next);
+      const std::optional<StepTrial> trial = at(next);
       if (!trial) return;
       if (differ_in_sign(trial->residual, b.residual)) {
         a = *trial;
@@ -107,14 +107,14 @@ StepRoot find_step(const std::function<std::optional<double>(double)>& residual,
   Search search(residual, tolerance);
   StepBounds range = bounds;
   double step = std::clamp(first, range.least, range.most);
-  std::optional<Trial> start = search.at(step);
+  std::optional<StepTrial> start = search.at(step);
   while (!start && step > range.least && !search.is_over()) {
     range.most = std::max(range.least, kBelowFailure * step);
     step = std::max(range.least, 0.5 * step);
     start = search.at(step);
   }
   if (!start || search.is_over()) return search.best();
-  const Trial zero{0.0, at_zero};
+  const StepTrial zero{0.0, at_zero};
   if (differ_in_sign(zero.residual, start->residual)) {
     search.narrow(zero, *start, range);
     return search.best();
@@ -126,7 +126,7 @@ StepRoot find_step(const std::function<std::optional<double>(double)>& residual,
   for (double next : {std::min(farther, range.most), range.most, range.least}) {
     if (next == before || next == step) continue;
     before = next;
-    const std::optional<Trial> trial = search.at(next);
+    const std::optional<StepTrial> trial = search.at(next);
     if (search.is_over()) break;
     if (!trial || !differ_in_sign(trial->residual, start->residual)) continue;
     search.narrow(*start, *trial, range);

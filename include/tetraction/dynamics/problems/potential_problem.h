@@ -3,6 +3,7 @@
 
 #include <array>
 #include <map>
+#include <memory>
 #include <optional>
 #include <vector>
 
@@ -12,6 +13,7 @@
 namespace tetraction {
 
 class ConstraintPotential;
+class FrictionStep;
 
 /// A function of the positions x of a body, relative to a reference q:
 ///
@@ -29,6 +31,10 @@ class ConstraintPotential;
 ///
 ///     ½ Σ_i k_i (x_i − q_i)² − Σ_i l_i (x_i − q_i) = Φ_o + ½ Σ_i k_i u_i² − Σ_i r_i u_i,
 ///     r = l − k (o − q).
+///
+/// The potential U_c of contact with obstacles is added as it is, because it may be infinite at q, and
+/// so is the dissipation potential of friction with normal forces that are known before
+/// (contact/contact.h).
 ///
 /// Prescribed components keep their values in the origin.
 class PotentialProblem : public MinimizationProblem {
@@ -55,6 +61,8 @@ class PotentialProblem : public MinimizationProblem {
   const Vector& step_displacement(const Vector& u) const;
   /// Sets the forces of constraints' equations, which are added to l (3 per vertex, N; empty: none).
   void set_constraint_force(const Vector& force);
+  ~PotentialProblem() override;
+
   /// Adds the augmented Lagrangian's part of the constraints' equations to Φ (null: none). It must live as long
   /// as it is used, and its origin follows that of the problem.
   void set_constraint_potential(ConstraintPotential* potential);
@@ -67,8 +75,11 @@ class PotentialProblem : public MinimizationProblem {
   void add_load_deviation(const Vector& u, Vector& residual) const;
   /// stiffness ← −w ∂f/∂x at x = o + u.
   void load_stiffness(const Vector& u, LoadStiffness& stiffness) const;
-  /// Replaces f₀ by the loads at x = o + u.
+  /// Replaces f₀ by the loads at x = o + u, and the normal forces of friction by those there.
   void take_loads(const Vector& u);
+  /// Takes the normal forces of friction at x = o + u, which changes neither the equations with
+  /// add_load_deviation() nor their solution, but brings the Hessian closer to their derivative.
+  void take_friction(const Vector& u);
   /// f₀, 3 per vertex, N.
   const Vector& constant_loads() const { return constant_loads_; }
   /// Whether term_hessian() has the symmetric part of the stiffness of such loads, with which the Hessian is
@@ -107,7 +118,7 @@ class PotentialProblem : public MinimizationProblem {
   /// General force terms are those that are not quadratic in single vertices.
   bool has_general_terms() const override {
     return !potentials_.empty() || !dissipations_.empty() || with_load_stiffness_ ||
-           constraint_potential_ != nullptr;
+           constraint_potential_ != nullptr || contact_ != nullptr || has_friction();
   }
   void term_hessian(const Vector& u, HessianForm form, HessianBlocks& hessian) const override;
   bool term_shares(const Vector& u, bool with_hessian, TermShares& shares) const override;
@@ -127,7 +138,7 @@ class PotentialProblem : public MinimizationProblem {
   ///
   /// K and K_L are the root sums of squares of the elements' C V |∇N|² and C V |∇N|² L, with
   /// C = λ + 2μ + 2η/s and the longest edge L. The terms with K and K_L stand for the round-off of
-  /// displacements and of edges.
+  /// displacements and of edges. Contact adds that of distances.
   double round_off(const Vector& u) const override;
   double dot(const Vector& a, const Vector& b) const override;
   double largest(const Vector& u) const override;
@@ -141,12 +152,27 @@ class PotentialProblem : public MinimizationProblem {
   /// step or, without one, at this instant. The base is q. k and l must be set next.
   void begin_at(const Vector& positions, double time, const std::optional<TimeSpan>& step);
   /// Where terms are evaluated: at positions x, in this step.
-  ForcePoint point(const Vector& x) const { return system_.force_point(x, time_, span_); }
+  ForcePoint point(const Vector& x) const {
+    ForcePoint at = system_.force_point(x, time_, span_);
+    at.load_factor = load_factor_;
+    return at;
+  }
   /// Adds the potentials of all terms to k, l and the list of general terms. The weight is that of
   /// stored energies; potentials that stand for constraints have the weight 1.
   void gather_potentials(double weight);
   /// Adds the dissipation potentials at dissipation_point_ to k and the list of general terms.
   void gather_dissipations();
+  /// Whether the potential of contact is a part of Φ. A rule that takes a mean force of it answers no, and
+  /// adds it to its equations.
+  virtual bool has_contact_potential() const { return true; }
+  /// ∂q_{k+1}/∂x.
+  virtual double rate_of_end() const { return 1.0; }
+  /// The positions at the end of the step at o + u.
+  virtual Vector end_positions(const Vector& u) const { return origin_ + u; }
+  /// Begins the friction of a step.
+  void begin_friction(double begin, double end, bool has_mean_forces);
+  bool has_friction() const;
+  const FrictionStep& friction() const { return *friction_; }
   /// Finds |Tᵀl|₂. To be called when l is complete.
   void measure_load();
 
@@ -183,6 +209,7 @@ class PotentialProblem : public MinimizationProblem {
   Vector load_;         // l without the constraints' forces
   double step_ = 0.0;   // s
   double time_ = 0.0;   // of potentials
+  double load_factor_ = 1.0;
   std::optional<TimeSpan> span_;
   double force_scale_ = 0.0;
   double roughness_ = 1.0;
@@ -228,6 +255,8 @@ class PotentialProblem : public MinimizationProblem {
   std::vector<WeightedPotential> potentials_;
   std::vector<const ForceTerm*> dissipations_;
   Vector start_gradient_;
+  const Contact* contact_ = nullptr;  // whose potential is a part of Φ; null: none
+  std::unique_ptr<FrictionStep> friction_;
   // The elastic part of the last evaluation with a gradient. It is kept because the last evaluation
   // of a minimiser is at the point that the momenta are taken from, and its first one is often at
   // the best guess.

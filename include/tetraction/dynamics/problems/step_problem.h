@@ -43,6 +43,9 @@ class StepProblem : public PotentialProblem {
   /// x ← q_k + l/k, projected to what the constraints allow: the positions without elastic forces.
   void inertial_guess(Vector& x) const;
 
+  /// Moves vertices of x so that the way of the step crosses no obstacle, as far as the constraints allow it.
+  void clear_way(Vector& x) const;
+
   /// So it is for viscosity with the midpoint rule (ViscousPotential).
   bool needs_rate_estimate() const override { return alpha_ == 0.5 && viscous_.factor() != 0.0; }
   void set_rate_estimate(const Vector& u) override;
@@ -63,6 +66,9 @@ class StepProblem : public PotentialProblem {
   /// bending wave of wave number k in a strut with the radius of gyration r has the frequency
   /// ω² = (E r² k⁴ − σ k²)/ρ ≥ −σ²/(4Eρr²), and l = √12 r.
   double buckling_ratio(const Vector& u) const override;
+
+  using PotentialProblem::friction;
+  using PotentialProblem::has_friction;
 
  private:
   double alpha_ = 1.0;

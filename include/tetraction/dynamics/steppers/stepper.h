@@ -60,7 +60,11 @@ struct StepOutcome {
   /// with an explicit rule add energy, which happens near the stability limit, this is 0, and what
   /// they add is an error of the integrator.
   double dissipated_energy = 0.0;
-  double constraint_work = 0.0;               ///< of moving targets and penalty springs, J
+  double constraint_work = 0.0;  ///< of moving targets, penalty springs and moving obstacles, J
+  double friction_dissipation = 0.0;  ///< heat of friction with obstacles, J; never negative
+  double step_size = 0.0;  ///< h of a step in which obstacles act, s
+  /// The impulse of each obstacle, N s, with its moment about the origin, N m s. Both contain friction.
+  std::vector<ObstacleForce> obstacle_impulses;
   Vector3 linear_impulse = Vector3::Zero();   ///< of loads, damping, environment, reactions, N s
   Vector3 angular_impulse = Vector3::Zero();  ///< the same about the origin, N m s
   double impulse_size = 0.0;  ///< Σ of the magnitudes (|·|₁) of the impulses of vertices, N s
@@ -125,8 +129,13 @@ class Stepper {
   /// The work of loads that have a potential, and that of stored potentials which depend on the
   /// time, on the body between two states, J.
   double driven_work(const State& from, const State& to) const;
+  /// The same of moving obstacles without friction.
+  double obstacle_work(const State& from, const State& to) const;
   /// Enters that a step led a vertex to a point where the potential of a term is not defined.
   StepOutcome& undefined(StepOutcome& outcome, const ForceTerm& term, Index vertex) const;
+  /// Enters the impulses of obstacles that act with these forces for the time dt.
+  static void add_obstacle_impulses(const std::vector<ObstacleForce>& forces, double dt,
+                                    StepOutcome& outcome);
 
   const MechanicalSystem& system_;
   Reactions reactions_;

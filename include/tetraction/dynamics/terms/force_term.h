@@ -20,6 +20,8 @@ struct ForcePoint {
   /// The step in which the force acts. Factors that change in time then have their mean over it, so
   /// that their impulse is exact. Absent: a force at the instant `time`.
   std::optional<TimeSpan> step = std::nullopt;
+  /// Of an equilibrium under a part of the loads: the factor of the loads. It moves obstacles.
+  double load_factor = 1.0;
 };
 
 /// Which entry of the energy balance the potential energy of a term belongs to.

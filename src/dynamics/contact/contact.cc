@@ -1,0 +1,361 @@
+#include "tetraction/dynamics/contact/contact.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <Eigen/Geometry>
+#include <limits>
+#include <utility>
+
+#include "contact_surface.h"
+#include "contact_unit.h"
+#include "smooth_contact.h"
+#include "tetraction/core/error.h"
+
+namespace tetraction {
+namespace {
+
+constexpr double kFar = std::numeric_limits<double>::infinity();
+
+void check_number(const Obstacle& obstacle, const char* key, double value, bool may_be_zero) {
+  if (std::isfinite(value) && (value > 0.0 || (may_be_zero && value == 0.0))) return;
+  throw InputError(fmt::format("The obstacle \"{}\" has the {} {}; it must be {} and finite.",
+                               obstacle.name, key, value,
+                               may_be_zero ? "zero or more" : "above zero"));
+}
+
+void check_obstacle(const Obstacle& obstacle) {
+  check_number(obstacle, "thickness", obstacle.thickness, false);
+  check_number(obstacle, "stiffness", obstacle.stiffness, false);
+  check_number(obstacle, "friction", obstacle.friction, true);
+  check_number(obstacle, "slip speed", obstacle.slip_speed, false);
+}
+
+}  // namespace
+
+Vector Contact::Unit::local(const ObstacleFrame& frame, const Vector& x) const {
+  Vector result(3 * static_cast<Index>(surface.vertices.size()));
+  Index i = 0;
+  for (const Index v : surface.vertices) {
+    vertex_block(result, i++) = frame.to_local(vertex_block(x, v));
+  }
+  return result;
+}
+
+Vector Contact::Unit::local(const ForcePoint& at) const {
+  return local(frame(at), at.position);
+}
+
+void Contact::Unit::scatter(const Matrix3& rotation, const Vector& local, Vector& gradient) const {
+  Index i = 0;
+  for (const Index v : surface.vertices) {
+    vertex_block(gradient, v) += rotation * vertex_block(local, i++);
+  }
+}
+
+void TurnedBlocks::add(Index i, const Matrix3& block) {
+  Matrix3 whole = turned(block);
+  if (symmetric_) whole = 0.5 * (whole + whole.transpose().eval());
+  target_.add(number(i), whole);
+}
+
+void TurnedBlocks::add_pair(Index i, Index j, const Matrix3& block) {
+  target_.add_pair(number(i), number(j), turned(block));
+}
+
+Contact::Contact(const TetMesh& mesh, std::vector<Obstacle> obstacles) {
+  for (Obstacle& obstacle : obstacles) {
+    check_obstacle(obstacle);
+    Unit unit;
+    unit.surface = contact_surface(mesh, obstacle);
+    unit.law = std::make_unique<SmoothContact>(
+        obstacle.shape, Barrier{obstacle.thickness, obstacle.stiffness}, unit.surface.areas);
+    unit.obstacle = std::move(obstacle);
+    units_.push_back(std::move(unit));
+  }
+}
+
+Contact::~Contact() = default;
+Contact::Contact(Contact&&) noexcept = default;
+Contact& Contact::operator=(Contact&&) noexcept = default;
+
+std::size_t Contact::size() const {
+  return units_.size();
+}
+
+const Obstacle& Contact::obstacle(std::size_t i) const {
+  return units_.at(i).obstacle;
+}
+
+bool Contact::has_friction() const {
+  return std::any_of(units_.begin(), units_.end(),
+                     [](const Unit& unit) { return unit.obstacle.friction > 0.0; });
+}
+
+bool Contact::moves() const {
+  return std::any_of(units_.begin(), units_.end(),
+                     [](const Unit& unit) { return !unit.obstacle.motion.at_rest(); });
+}
+
+bool Contact::couples_vertices() const {
+  return std::any_of(units_.begin(), units_.end(),
+                     [](const Unit& unit) { return unit.law->couples_vertices(); });
+}
+
+Index Contact::undefined_vertex(const ForcePoint& at) const {
+  for (const Unit& unit : units_) {
+    const Index found = unit.law->penetrating_vertex(unit.local(at));
+    if (found >= 0) return unit.surface.vertices[static_cast<std::size_t>(found)];
+  }
+  return -1;
+}
+
+double Contact::longest_step(const ForcePoint& from, const Vector& displacement) const {
+  double longest = kFar;
+  for (const Unit& unit : units_) {
+    const ObstacleFrame frame = unit.frame(from);
+    const Vector x = unit.local(frame, from.position);
+    const Vector d = unit.local({frame.rotation, Vector3::Zero()}, displacement);
+    const double step = unit.law->longest_step(x, d);
+    if (step < 1.0) longest = std::min(longest, step);
+  }
+  return longest;
+}
+
+double Contact::energy(const ForcePoint& at) const {
+  double sum = 0.0;
+  for (const Unit& unit : units_) sum += unit.law->energy(unit.local(at));
+  return sum;
+}
+
+void Contact::add_gradient(const ForcePoint& at, Vector& gradient) const {
+  Vector local;
+  for (const Unit& unit : units_) {
+    const ObstacleFrame frame = unit.frame(at);
+    const Vector x = unit.local(frame, at.position);
+    local.setZero(x.size());
+    unit.law->add_gradient(x, local);
+    unit.scatter(frame.rotation, local, gradient);
+  }
+}
+
+void Contact::add_hessian(const ForcePoint& at, HessianForm form, HessianBlocks& hessian) const {
+  for (const Unit& unit : units_) {
+    const ObstacleFrame frame = unit.frame(at);
+    TurnedBlocks blocks(unit.surface, frame.rotation, frame.rotation, true, hessian);
+    unit.law->add_hessian(unit.local(frame, at.position), form == HessianForm::kConvex, blocks);
+  }
+}
+
+// ΔU − f̄·Δq, with the same f̄ as add_discrete_gradient(). f̄·Δq in the obstacle's frame is ΔU.
+double Contact::driven_work(const ForcePoint& from, const ForcePoint& to) const {
+  double work = 0.0;
+  Vector local;
+  for (const Unit& unit : units_) {
+    const ObstacleMotion& motion = unit.obstacle.motion;
+    if (motion.at_rest()) continue;
+    const Vector start = unit.local(from);
+    const Vector end = unit.local(to);
+    local.setZero(start.size());
+    unit.law->add_discrete_gradient(start, end, local);
+    const Matrix3 rotation = middle_rotation(motion, from.time, to.time);
+    Index i = 0;
+    for (const Index v : unit.surface.vertices) {
+      const Vector3 force = vertex_block(local, i);
+      if (!force.isZero(0.0)) {
+        const Vector3 seen = vertex_block(end, i) - vertex_block(start, i);
+        const Vector3 moved = vertex_block(to.position, v) - vertex_block(from.position, v);
+        work += force.dot(seen - rotation.transpose() * moved);
+      }
+      ++i;
+    }
+  }
+  return work;
+}
+
+void Contact::add_discrete_gradient(const ForcePoint& from, const ForcePoint& to,
+                                    Vector& gradient) const {
+  Vector local;
+  for (const Unit& unit : units_) {
+    const Vector start = unit.local(from);
+    const Vector end = unit.local(to);
+    local.setZero(start.size());
+    unit.law->add_discrete_gradient(start, end, local);
+    unit.scatter(middle_rotation(unit.obstacle.motion, from.time, to.time), local, gradient);
+  }
+}
+
+void Contact::add_discrete_hessian(const ForcePoint& from, const ForcePoint& to, HessianForm form,
+                                   bool symmetric, HessianBlocks& hessian) const {
+  for (const Unit& unit : units_) {
+    const Matrix3 rotation = middle_rotation(unit.obstacle.motion, from.time, to.time);
+    const ObstacleFrame end = unit.frame(to);
+    TurnedBlocks blocks(unit.surface, rotation, end.rotation, symmetric, hessian);
+    unit.law->add_discrete_hessian(unit.local(from), unit.local(end, to.position),
+                                   form == HessianForm::kConvex, blocks);
+  }
+}
+
+Index Contact::crossing_vertex(const ForcePoint& from, const ForcePoint& to) const {
+  for (const Unit& unit : units_) {
+    const Vector start = unit.local(from);
+    const Vector way = unit.local(to) - start;
+    const double longest = unit.law->longest_step(start, way);
+    if (!(longest < 1.0)) continue;
+    // The vertex that is nearest to the obstacle where the way ends.
+    Vector gaps;
+    unit.law->vertex_gaps(start + 0.999 * longest * way, gaps);
+    Index nearest = 0;
+    gaps.minCoeff(&nearest);
+    return unit.surface.vertices[static_cast<std::size_t>(nearest)];
+  }
+  return -1;
+}
+
+bool Contact::clear_way(const ForcePoint& from, const ForcePoint& to, Vector& x) const {
+  bool moved = false;
+  for (const Unit& unit : units_) {
+    const ObstacleFrame frame = unit.frame(to);
+    const Vector start = unit.local(from);
+    const Vector wanted = unit.local(frame, x);
+    Vector end = wanted;
+    unit.law->clear_way(start, end);
+    Index i = 0;
+    for (const Index v : unit.surface.vertices) {
+      const Vector3 place = vertex_block(end, i);
+      if (place != vertex_block(wanted, i)) {
+        vertex_block(x, v) = frame.to_world(place);
+        moved = true;
+      }
+      ++i;
+    }
+  }
+  return moved;
+}
+
+void Contact::add_support(const ForcePoint& at, HessianBlocks& hessian) const {
+  for (const Unit& unit : units_) {
+    const ObstacleFrame frame = unit.frame(at);
+    TurnedBlocks blocks(unit.surface, frame.rotation, frame.rotation, true, hessian);
+    unit.law->add_support(unit.local(frame, at.position), blocks);
+  }
+}
+
+double Contact::round_off(const ForcePoint& at) const {
+  HessianBlocks blocks;
+  blocks.reset(at.position.size() / 3);
+  add_hessian(at, HessianForm::kConvex, blocks);
+  double sum = 0.0;
+  for (const Unit& unit : units_) {
+    for (const Index v : unit.surface.vertices) {
+      sum += blocks.diagonal(v).squaredNorm() * vertex_block(at.position, v).squaredNorm();
+    }
+  }
+  return std::numeric_limits<double>::epsilon() * std::sqrt(sum);
+}
+
+double Contact::smallest_gap(const ForcePoint& at) const {
+  double least = kFar;
+  for (const Unit& unit : units_) {
+    least = std::min(least, unit.law->smallest_gap(unit.local(at)));
+  }
+  return least;
+}
+
+void Contact::fields(const ForcePoint& at, Vector& pressure, Vector& gap) const {
+  const Index count = at.position.size() / 3;
+  pressure.setZero(count);
+  gap.setConstant(count, kFar);
+  Vector local;
+  Vector gaps;
+  for (const Unit& unit : units_) {
+    const Vector x = unit.local(at);
+    local.setZero(x.size());
+    unit.law->add_gradient(x, local);
+    unit.law->vertex_gaps(x, gaps);
+    Index i = 0;
+    for (const Index v : unit.surface.vertices) {
+      const double area = unit.surface.areas[static_cast<std::size_t>(i)];
+      pressure[v] += vertex_block(local, i).norm() / area;
+      gap[v] = std::min(gap[v], gaps[i]);
+      ++i;
+    }
+  }
+}
+
+ObstacleForce Contact::Unit::resultant(const Matrix3& rotation, const Vector& local,
+                                       const Vector& position) const {
+  ObstacleForce sum;
+  Index i = 0;
+  for (const Index v : surface.vertices) {
+    const Vector3 force = -(rotation * vertex_block(local, i++));
+    sum.force += force;
+    sum.moment += vertex_block(position, v).cross(force);
+  }
+  return sum;
+}
+
+std::vector<ObstacleForce> Contact::forces(const ForcePoint& at) const {
+  std::vector<ObstacleForce> result;
+  Vector local;
+  for (const Unit& unit : units_) {
+    const ObstacleFrame frame = unit.frame(at);
+    const Vector x = unit.local(frame, at.position);
+    local.setZero(x.size());
+    unit.law->add_gradient(x, local);
+    result.push_back(unit.resultant(frame.rotation, local, at.position));
+  }
+  return result;
+}
+
+std::vector<ObstacleForce> Contact::mean_forces(const ForcePoint& from,
+                                                const ForcePoint& to) const {
+  std::vector<ObstacleForce> result;
+  const Vector middle = 0.5 * (from.position + to.position);
+  Vector local;
+  for (const Unit& unit : units_) {
+    const Vector start = unit.local(from);
+    local.setZero(start.size());
+    unit.law->add_discrete_gradient(start, unit.local(to), local);
+    const Matrix3 rotation = middle_rotation(unit.obstacle.motion, from.time, to.time);
+    result.push_back(unit.resultant(rotation, local, middle));
+  }
+  return result;
+}
+
+std::vector<Contact::Penetration> Contact::penetrations(const ForcePoint& at) const {
+  std::vector<Penetration> found;
+  for (std::size_t k = 0; k < units_.size(); ++k) {
+    const Unit& unit = units_[k];
+    const Vector x = unit.local(at);
+    const Index first = unit.law->penetrating_vertex(x);
+    if (first < 0) continue;
+    Vector gaps;
+    unit.law->vertex_gaps(x, gaps);
+    bool any = false;
+    for (Index i = 0; i < gaps.size(); ++i) {
+      if (gaps[i] > 0.0) continue;
+      found.push_back({k, unit.surface.vertices[static_cast<std::size_t>(i)], -gaps[i]});
+      any = true;
+    }
+    if (!any) {
+      found.push_back({k, unit.surface.vertices[static_cast<std::size_t>(first)],
+                       std::numeric_limits<double>::quiet_NaN()});
+    }
+  }
+  return found;
+}
+
+Vector Contact::impact_stiffness(double impedance, double speed, Index vertex_count) const {
+  Vector stiffness = Vector::Zero(vertex_count);
+  Vector bound;
+  for (const Unit& unit : units_) {
+    unit.law->stiffness_under_pressure(impedance * speed, bound);
+    Index i = 0;
+    for (const Index v : unit.surface.vertices) stiffness[v] += bound[i++];
+  }
+  return stiffness;
+}
+
+}  // namespace tetraction

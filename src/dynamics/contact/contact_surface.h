@@ -1,0 +1,14 @@
+// The surface of a body that may touch an obstacle.
+#pragma once
+
+#include "obstacle_contact.h"
+#include "tetraction/dynamics/contact/obstacle.h"
+#include "tetraction/mesh/tet_mesh.h"
+
+namespace tetraction {
+
+/// The surface of the faces of an obstacle. Throws InputError for a surface without faces and for corners that the
+/// mesh does not have.
+ContactSurface contact_surface(const TetMesh& mesh, const Obstacle& obstacle);
+
+}  // namespace tetraction

@@ -1,0 +1,53 @@
+// An obstacle of a body with its surface, in both frames.
+#pragma once
+
+#include <memory>
+
+#include "obstacle_contact.h"
+#include "tetraction/dynamics/contact/contact.h"
+
+namespace tetraction {
+
+/// One obstacle.
+struct Contact::Unit {
+  Obstacle obstacle;
+  ContactSurface surface;
+  std::unique_ptr<ObstacleContact> law;
+
+  ObstacleFrame frame(const ForcePoint& at) const {
+    return frame_at(obstacle.motion, at.time, at.load_factor);
+  }
+  /// The positions of the surface as the obstacle sees them.
+  Vector local(const ForcePoint& at) const;
+  Vector local(const ObstacleFrame& frame, const Vector& x) const;
+  /// gradient += the vectors of the surface's vertices, turned into the frame of the body.
+  void scatter(const Matrix3& rotation, const Vector& local, Vector& gradient) const;
+  /// The sum of minus these vectors as forces at these positions of all vertices.
+  ObstacleForce resultant(const Matrix3& rotation, const Vector& local,
+                          const Vector& position) const;
+};
+
+/// The mean of the rotations at the beginning and at the end of a step: that at the middle of the angle.
+Matrix3 middle_rotation(const ObstacleMotion& motion, double begin, double end);
+
+/// Turns blocks of an obstacle's frame, and gives them the numbers of the mesh.
+class TurnedBlocks : public SurfaceBlocks {
+ public:
+  TurnedBlocks(const ContactSurface& surface, const Matrix3& left, const Matrix3& right,
+               bool symmetric, HessianBlocks& target)
+      : surface_(surface), left_(left), right_(right), symmetric_(symmetric), target_(target) {}
+  void add(Index i, const Matrix3& block) override;
+  void add_pair(Index i, Index j, const Matrix3& block) override;
+
+ private:
+  Index number(Index i) const { return surface_.vertices[static_cast<std::size_t>(i)]; }
+  Matrix3 turned(const Matrix3& block) const { return left_ * block * right_.transpose(); }
+
+  const ContactSurface& surface_;
+  Matrix3 left_;
+  Matrix3 right_;
+  bool symmetric_;
+  HessianBlocks& target_;
+};
+
+}  // namespace tetraction

@@ -1,0 +1,164 @@
+#include "friction_step.h"
+
+#include "contact_unit.h"
+
+namespace tetraction {
+namespace {
+
+// f₀ and its second derivative.
+double smooth_distance(double y, double slip_speed) {
+  if (y >= slip_speed) return y - slip_speed / 3.0;
+  return y * y / slip_speed * (1.0 - y / (3.0 * slip_speed));
+}
+double smooth_rate(double y, double slip_speed) {
+  return y >= slip_speed ? 0.0 : 2.0 / slip_speed * (1.0 - y / slip_speed);
+}
+
+Vector3 tangential(const Vector3& normal, const Vector3& u) {
+  return u - normal.dot(u) * normal;
+}
+
+}  // namespace
+
+void FrictionStep::begin(const Contact& contact, const Vector& start, double begin, double end,
+                         NormalForces forces) {
+  contact_ = &contact;
+  start_ = &start;
+  begin_ = begin;
+  end_ = end;
+  forces_ = forces;
+  points_.clear();
+  frames_.clear();
+  for (const Contact::Unit& unit : contact.units_) {
+    frames_.push_back(frame_at(unit.obstacle.motion, end));
+  }
+}
+
+void FrictionStep::take(const Vector& mass, const Vector& end_position) {
+  points_.clear();
+  std::vector<ContactPoint> places;
+  const ForcePoint from{mass, *start_, begin_};
+  const ForcePoint to{mass, end_position, end_};
+  for (std::size_t k = 0; k < contact_->units_.size(); ++k) {
+    const Contact::Unit& unit = contact_->units_[k];
+    if (!(unit.obstacle.friction > 0.0)) continue;
+    places.clear();
+    const Vector start = unit.local(from);
+    if (forces_ == NormalForces::kMean) {
+      unit.law->mean_contact_points(start, unit.local(to), places);
+    } else {
+      unit.law->contact_points(unit.local(to), places);
+    }
+    for (const ContactPoint& place : places) {
+      Point point{k, place, unit.obstacle.friction * place.force, Vector3::Zero()};
+      // The slip of vertices that stay where they are is the motion of the obstacle.
+      for (int i = 0; i < place.count; ++i) {
+        const auto n = static_cast<std::size_t>(i);
+        const Index own = place.vertices.at(n);
+        const Index v = unit.surface.vertices[static_cast<std::size_t>(own)];
+        point.place.vertices.at(n) = v;
+        point.shift += place.weights.at(n) * (frames_[k].to_local(vertex_block(*start_, v)) -
+                                              vertex_block(start, own));
+      }
+      points_.push_back(point);
+    }
+  }
+}
+
+Vector3 FrictionStep::slip(const Point& point, const Vector& v) const {
+  Vector3 mean = Vector3::Zero();
+  for (int i = 0; i < point.place.count; ++i) {
+    const auto n = static_cast<std::size_t>(i);
+    mean += point.place.weights.at(n) * vertex_block(v, point.place.vertices.at(n));
+  }
+  return tangential(point.place.normal,
+                    rotation(point).transpose() * mean + point.shift / (end_ - begin_));
+}
+
+double FrictionStep::factor(const Point& point, double speed) const {
+  const double limit = contact_->obstacle(point.obstacle).slip_speed;
+  return speed >= limit ? 1.0 / speed : 2.0 / limit - speed / (limit * limit);
+}
+
+double FrictionStep::potential(const Vector& v) const {
+  double sum = 0.0;
+  for (const Point& point : points_) {
+    sum += point.limit * smooth_distance(slip(point, v).norm(),
+                                         contact_->obstacle(point.obstacle).slip_speed);
+  }
+  return sum;
+}
+
+void FrictionStep::add_gradient(const Vector& v, Vector& gradient) const {
+  for_each_force(v, [&](std::size_t, Index vertex, const Vector3& force) {
+    vertex_block(gradient, vertex) -= force;
+  });
+}
+
+void FrictionStep::add_hessian(const Vector& v, HessianBlocks& hessian) const {
+  for (const Point& point : points_) {
+    const Vector3 u = slip(point, v);
+    const double speed = u.norm();
+    const Vector3& n = point.place.normal;
+    Matrix3 block = factor(point, speed) * (Matrix3::Identity() - n * n.transpose());
+    if (speed > 0.0) {
+      const double along = smooth_rate(speed, contact_->obstacle(point.obstacle).slip_speed);
+      const Vector3 unit = u / speed;
+      block += (along - factor(point, speed)) * unit * unit.transpose();
+    }
+    const Matrix3& turn = rotation(point);
+    const Matrix3 whole = point.limit * turn * block * turn.transpose();
+    for (int i = 0; i < point.place.count; ++i) {
+      for (int j = 0; j <= i; ++j) {
+        const auto a = static_cast<std::size_t>(i);
+        const auto b = static_cast<std::size_t>(j);
+        const double weight = point.place.weights.at(a) * point.place.weights.at(b);
+        if (i == j) {
+          hessian.add(point.place.vertices.at(a), weight * whole);
+        } else {
+          hessian.add_pair(point.place.vertices.at(a), point.place.vertices.at(b), weight * whole);
+        }
+      }
+    }
+  }
+}
+
+// ∂λ/∂x_j = −stiffness w_j n.
+void FrictionStep::add_force_stiffness(const Vector& v, double rate,
+                                       LoadStiffness& stiffness) const {
+  for (const Point& point : points_) {
+    const Vector3 u = slip(point, v);
+    const double mu = contact_->obstacle(point.obstacle).friction;
+    const Vector3 direction = rotation(point) * (factor(point, u.norm()) * u);
+    const Vector3 normal = rotation(point) * point.place.normal;
+    const Matrix3 block =
+        -(rate * mu * point.place.stiffness) * direction * normal.transpose();
+    for (int i = 0; i < point.place.count; ++i) {
+      for (int j = 0; j < point.place.count; ++j) {
+        const auto a = static_cast<std::size_t>(i);
+        const auto b = static_cast<std::size_t>(j);
+        stiffness.add(point.place.vertices.at(a), point.place.vertices.at(b),
+                      point.place.weights.at(a) * point.place.weights.at(b) * block);
+      }
+    }
+  }
+}
+
+FrictionPower FrictionStep::power(const Vector& v) const {
+  FrictionPower power;
+  for (const Point& point : points_) {
+    const Vector3 u = slip(point, v);
+    const double heat = point.limit * factor(point, u.norm()) * u.squaredNorm();
+    power.dissipated += heat;
+    const Vector3 force = -(point.limit * factor(point, u.norm())) * (rotation(point) * u);
+    Vector3 mean = Vector3::Zero();
+    for (int i = 0; i < point.place.count; ++i) {
+      const auto n = static_cast<std::size_t>(i);
+      mean += point.place.weights.at(n) * vertex_block(v, point.place.vertices.at(n));
+    }
+    power.of_obstacles += force.dot(mean) + heat;
+  }
+  return power;
+}
+
+}  // namespace tetraction

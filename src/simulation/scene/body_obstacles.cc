@@ -1,0 +1,145 @@
+#include "body_obstacles.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <set>
+#include <utility>
+
+#include "body_constraints.h"
+#include "tetraction/core/error.h"
+
+namespace tetraction {
+namespace {
+
+ObstacleShape shape_of(const ObstacleSettings& settings) {
+  switch (settings.kind) {
+    case ObstacleKind::kPlane:
+      return PlaneShape{settings.point, settings.normal};
+    case ObstacleKind::kSphere:
+      return SphereShape{settings.center, settings.radius, settings.inside};
+    case ObstacleKind::kCylinder:
+      return CylinderShape{settings.point, settings.axis, settings.radius, settings.inside};
+    case ObstacleKind::kBox:
+      break;
+  }
+  return RoomShape{settings.min, settings.max};
+}
+
+Vector3 center_of(const ObstacleSettings& settings) {
+  switch (settings.kind) {
+    case ObstacleKind::kPlane:
+    case ObstacleKind::kCylinder:
+      return settings.point;
+    case ObstacleKind::kSphere:
+      return settings.center;
+    case ObstacleKind::kBox:
+      break;
+  }
+  return 0.5 * (settings.min + settings.max);
+}
+
+// The mean length of the edges of some faces at rest, m.
+double mean_edge(const TetMesh& mesh, const std::vector<std::array<Index, 3>>& faces) {
+  std::set<std::array<Index, 2>> edges;
+  for (const std::array<Index, 3>& face : faces) {
+    for (std::size_t i = 0; i < 3; ++i) {
+      const Index a = face.at(i);
+      const Index b = face.at((i + 1) % 3);
+      edges.insert({std::min(a, b), std::max(a, b)});
+    }
+  }
+  const Vector rest = mesh.rest_positions();
+  double sum = 0.0;
+  for (const auto& [a, b] : edges) sum += (vertex_block(rest, b) - vertex_block(rest, a)).norm();
+  return sum / static_cast<double>(edges.size());
+}
+
+// Young's modulus of the softest element, Pa.
+double least_modulus(const MechanicalSystem& system) {
+  double least = std::numeric_limits<double>::infinity();
+  for (Index e = 0; e < system.rest().element_count(); ++e) {
+    const LameParameters lame = system.lame(e);
+    const double modulus =
+        lame.mu * (3.0 * lame.lambda + 2.0 * lame.mu) / (lame.lambda + lame.mu);
+    if (modulus > 0.0) least = std::min(least, modulus);
+  }
+  return least;
+}
+
+Obstacle make_obstacle(const ObstacleSettings& settings, const Scene& scene,
+                       const MechanicalSystem& system) {
+  const TetMesh& mesh = system.mesh();
+  Obstacle obstacle;
+  obstacle.name = settings.name;
+  obstacle.shape = shape_of(settings);
+  obstacle.motion.velocity = settings.velocity;
+  obstacle.motion.angular_velocity = settings.angular_velocity;
+  obstacle.motion.about = settings.about.value_or(center_of(settings));
+  obstacle.motion.history = {settings.from, settings.until,
+                             find_amplitude(scene.amplitude, settings.amplitude, settings.where)};
+  obstacle.motion.offset = settings.offset;
+  obstacle.friction = settings.friction;
+  obstacle.slip_speed = settings.slip_speed;
+  obstacle.surface = std::holds_alternative<SelectAll>(without_name(settings.select))
+                         ? boundary_faces(mesh)
+                         : select_triangles(mesh, settings.select);
+  // The middles of the edges of quadratic tetrahedra are vertices of the surface, too.
+  const double share = mesh.is_quadratic() ? 0.05 : 0.1;
+  obstacle.thickness = settings.thickness.value_or(share * mean_edge(mesh, obstacle.surface));
+  obstacle.stiffness = settings.stiffness.value_or(least_modulus(system));
+  return obstacle;
+}
+
+}  // namespace
+
+std::shared_ptr<const Contact> make_contact(const Scene& scene, const MechanicalSystem& system) {
+  if (scene.obstacle.empty()) return nullptr;
+  std::set<std::string> names;
+  std::vector<Obstacle> obstacles;
+  for (const ObstacleSettings& settings : scene.obstacle) {
+    const std::string place = settings.where.empty() ? "" : settings.where + ": ";
+    if (!names.insert(settings.name).second) {
+      throw InputError(fmt::format(
+          "{}the name \"{}\" belongs to another obstacle already; each needs its own.", place,
+          settings.name));
+    }
+    try {
+      obstacles.push_back(make_obstacle(settings, scene, system));
+    } catch (const InputError& error) {
+      const std::string message = error.what();
+      throw InputError(message.rfind(place, 0) == 0 ? message : place + message);
+    }
+  }
+  return std::make_shared<const Contact>(system.mesh(), std::move(obstacles));
+}
+
+void refuse_penetration(const MechanicalSystem& system, const Vector& position, double time,
+                        const std::string& what) {
+  if (system.contact() == nullptr) return;
+  const std::vector<Contact::Penetration> all =
+      system.contact()->penetrations(system.force_point(position, time));
+  if (all.empty()) return;
+  constexpr std::size_t kNamed = 5;
+  const std::size_t obstacle = all.front().obstacle;
+  std::string vertices;
+  std::size_t count = 0;
+  double deepest = 0.0;
+  for (const Contact::Penetration& each : all) {
+    if (each.obstacle != obstacle) continue;
+    if (count < kNamed) {
+      vertices += fmt::format("{}{}", count > 0 ? ", " : "", system.mesh().vertex_id(each.vertex));
+    }
+    ++count;
+    if (std::isfinite(each.depth)) deepest = std::max(deepest, each.depth);
+  }
+  throw InputError(fmt::format(
+      "{} penetrates the obstacle \"{}\": {} {} ({}{}), up to {:.3g} m deep. Move the body or the "
+      "obstacle so that they are apart.",
+      what, system.contact()->obstacle(obstacle).name, count,
+      count == 1 ? "vertex" : "vertices", vertices, count > kNamed ? ", ..." : "", deepest));
+}
+
+}  // namespace tetraction

@@ -1,0 +1,20 @@
+// The contact of a body with the obstacles of a scene.
+#pragma once
+
+#include <memory>
+
+#include "tetraction/dynamics/contact/contact.h"
+#include "tetraction/dynamics/mechanical_system.h"
+#include "tetraction/simulation/scene.h"
+
+namespace tetraction {
+
+/// The contact with all [[obstacle]] of the scene; null if there are none. Throws InputError.
+std::shared_ptr<const Contact> make_contact(const Scene& scene, const MechanicalSystem& system);
+
+/// Throws InputError if a vertex penetrates an obstacle at these positions. The message begins with `what` and has the
+/// obstacle, the numbers of some vertices and the depth.
+void refuse_penetration(const MechanicalSystem& system, const Vector& position, double time,
+                        const std::string& what);
+
+}  // namespace tetraction

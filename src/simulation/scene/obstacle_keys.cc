@@ -1,0 +1,176 @@
+// Keys of [[obstacle]].
+#include <fmt/format.h>
+
+#include <string>
+
+#include "sections.h"
+#include "setting_values.h"
+
+namespace tetraction {
+namespace {
+
+using S = ObstacleSettings;
+
+constexpr NumberRange kAnyEnd{.infinity = true};
+
+template <ObstacleKind... kinds>
+bool is_one_of(const S& obstacle) {
+  return ((obstacle.kind == kinds) || ...);
+}
+
+constexpr auto is_plane = is_one_of<ObstacleKind::kPlane>;
+constexpr auto is_sphere = is_one_of<ObstacleKind::kSphere>;
+constexpr auto is_cylinder = is_one_of<ObstacleKind::kCylinder>;
+constexpr auto is_box = is_one_of<ObstacleKind::kBox>;
+constexpr auto has_point = is_one_of<ObstacleKind::kPlane, ObstacleKind::kCylinder>;
+constexpr auto is_round = is_one_of<ObstacleKind::kSphere, ObstacleKind::kCylinder>;
+constexpr auto has_inside =
+    is_one_of<ObstacleKind::kSphere, ObstacleKind::kCylinder, ObstacleKind::kBox>;
+
+std::string zero_normal(const S& obstacle) {
+  return is_plane(obstacle) && obstacle.normal.isZero(0.0) ? "must not be zero." : "";
+}
+
+std::string zero_axis(const S& obstacle) {
+  return is_cylinder(obstacle) && obstacle.axis.isZero(0.0) ? "must not be zero." : "";
+}
+
+std::string empty_box(const S& obstacle) {
+  if (!is_box(obstacle) || (obstacle.min.array() < obstacle.max.array()).all()) return {};
+  return "must be above min in all three directions.";
+}
+
+std::string solid_box(const S& obstacle) {
+  return is_box(obstacle) && !obstacle.inside
+             ? "must be true for a box: a body cannot touch a box from outside yet. Take planes, a "
+               "sphere or a cylinder."
+             : "";
+}
+
+std::string motion_conflict(const S& obstacle) {
+  return obstacle.amplitude.empty() || !obstacle.velocity.isZero(0.0) ||
+                 !obstacle.angular_velocity.isZero(0.0)
+             ? ""
+             : "needs `velocity` or `angular_velocity`, which it is the factor of.";
+}
+
+std::string end_conflict(const S& obstacle) {
+  if (obstacle.until > obstacle.from) return {};
+  return fmt::format("does not fit: the obstacle moves from {} s until {} s; until must be later.",
+                     obstacle.from, obstacle.until);
+}
+
+}  // namespace
+
+SceneSection obstacle_section() {
+  return make_section<S>(
+      "obstacle",
+      {{{.name = "name",
+         .help = "by which messages, columns and results refer to it; each name once",
+         .needed = "a name, such as \"floor\"."},
+        &S::name},
+       {{.name = "kind",
+         .help = "its shape, see below",
+         .needed = "\"plane\", \"sphere\", \"cylinder\" or \"box\"."},
+        &S::kind},
+       {{.name = "point",
+         .unit = "m",
+         .help = "a point of the plane or of the cylinder's axis"},
+        &S::point,
+        has_point},
+       {{.name = "normal",
+         .help = "of a plane: the direction to the side of the body; any length but zero"},
+        &S::normal,
+        is_plane},
+       {{.name = "center", .unit = "m", .help = "of a sphere"}, &S::center, is_sphere},
+       {{.name = "axis", .help = "of a cylinder, which has no ends; any length but zero"},
+        &S::axis,
+        is_cylinder},
+       {{.name = "radius", .unit = "m", .help = "of a sphere or cylinder", .range = kPositive},
+        &S::radius,
+        is_round},
+       {{.name = "min", .unit = "m", .help = "the lower corner of a box"}, &S::min, is_box},
+       {{.name = "max", .unit = "m", .help = "the upper corner of a box"}, &S::max, is_box},
+       {{.name = "inside", .help = "keeps the body inside the sphere, the cylinder or the box"},
+        &S::inside,
+        has_inside},
+       {{.name = "friction",
+         .title = "Friction",
+         .help = "the coefficient μ of Coulomb friction",
+         .range = kNotNegative,
+         .usual = 1.0},
+        &S::friction},
+       {{.name = "slip_speed",
+         .unit = "m/s",
+         .help = "of implicit steps: the speed below which friction grows from 0 to its full value",
+         .range = kPositive,
+         .in_file = Written::kUnlessDefault,
+         .in_echo = Written::kUnlessDefault},
+        &S::slip_speed},
+       {{.name = "thickness",
+         .unit = "m",
+         .help = "the distance d̂ at which contact begins",
+         .range = kPositive,
+         .absent = "a tenth of the mean edge of the surface"},
+        &S::thickness},
+       {{.name = "stiffness",
+         .unit = "Pa",
+         .help = "κ: at the pressure κ the layer is about half as thick as at rest",
+         .range = kPositive,
+         .absent = "Young's modulus of the softest material"},
+        &S::stiffness},
+       {{.name = "select",
+         .help = "the faces of the body's boundary that may touch it",
+         .in_file = Written::kUnlessDefault,
+         .in_echo = Written::kUnlessDefault},
+        SelectionValue<S>()},
+       {{.name = "velocity",
+         .unit = "m/s",
+         .help = "moves it; it stands at its place at the time 0",
+         .in_file = Written::kUnlessDefault,
+         .in_echo = Written::kUnlessDefault},
+        &S::velocity},
+       {{.name = "angular_velocity",
+         .unit = "rad/s",
+         .help = "turns it about the point `about`, which moves with `velocity`",
+         .in_file = Written::kUnlessDefault,
+         .in_echo = Written::kUnlessDefault},
+        &S::angular_velocity},
+       {{.name = "about",
+         .unit = "m",
+         .help = "a point of the axis about which it turns",
+         .absent = "its center or `point`"},
+        &S::about},
+       {{.name = "amplitude",
+         .help = "name of an `[[amplitude]]`, the factor of both velocities",
+         .absent = "the factor 1"},
+        &S::amplitude},
+       {{.name = "from",
+         .unit = "s",
+         .help = "when its motion begins",
+         .in_file = Written::kUnlessDefault,
+         .in_echo = Written::kUnlessDefault},
+        &S::from},
+       {{.name = "until",
+         .unit = "s",
+         .help = "when its motion ends, later than `from`; `inf` for never",
+         .range = kAnyEnd,
+         .in_file = Written::kUnlessDefault,
+         .in_echo = Written::kUnlessDefault},
+        &S::until},
+       {{.name = "offset",
+         .unit = "m",
+         .help = "a displacement, by which an equilibrium moves it together with the growing loads; in "
+                 "a motion it stands there from the start",
+         .in_file = Written::kUnlessDefault,
+         .in_echo = Written::kUnlessDefault},
+        &S::offset}},
+      {{{"normal"}, zero_normal},
+       {{"axis"}, zero_axis},
+       {{"min", "max"}, empty_box},
+       {{"inside"}, solid_box},
+       {{"amplitude"}, motion_conflict},
+       {{"from", "until"}, end_conflict}});
+}
+
+}  // namespace tetraction
