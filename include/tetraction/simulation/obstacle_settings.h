@@ -38,9 +38,9 @@ struct ObstacleSettings {
   std::optional<double> stiffness{};   ///< Pa; default: Young's modulus of the body
   Selection select = SelectAll{};      ///< the faces that may touch it
   Vector3 velocity = Vector3::Zero();  ///< m/s
-  Vector3 angular_velocity = Vector3::Zero();  ///< rad/s
-  std::optional<Vector3> about{};              ///< m; default: its center or point
-  std::string amplitude{};                     ///< factor of both velocities; empty: 1
+  Vector3 angular_velocity = Vector3::Zero();              ///< rad/s
+  std::optional<Vector3> about{};                          ///< m; default: its center or point
+  std::string amplitude{};                                 ///< factor of both velocities; empty: 1
   double from = 0.0;                                       ///< s, of the motion
   double until = std::numeric_limits<double>::infinity();  ///< s
   Vector3 offset = Vector3::Zero();  ///< m; an equilibrium moves it there with the loads

@@ -2,9 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <Eigen/Geometry>
 #include <limits>
 #include <utility>
 
@@ -347,15 +347,31 @@ std::vector<Contact::Penetration> Contact::penetrations(const ForcePoint& at) co
   return found;
 }
 
-Vector Contact::impact_stiffness(double impedance, double speed, Index vertex_count) const {
-  Vector stiffness = Vector::Zero(vertex_count);
+double Contact::impact_limit(const ForcePoint& at, const Vector& v, double impedance,
+                             double critical_step) const {
+  double limit = critical_step;
   Vector bound;
   for (const Unit& unit : units_) {
+    const ObstacleMotion& motion = unit.obstacle.motion;
+    const double factor = motion.history.value(at.time);
+    double speed = 0.0;
+    for (const Index i : unit.surface.vertices) {
+      const Vector3 arm = vertex_block(at.position, i) - motion.about;
+      const Vector3 own = factor * (motion.velocity + motion.angular_velocity.cross(arm));
+      speed = std::max(speed, (vertex_block(v, i) - own).norm());
+    }
+    if (!(speed > 0.0)) continue;
     unit.law->stiffness_under_pressure(impedance * speed, bound);
+    double largest = 0.0;  // ω²
     Index i = 0;
-    for (const Index v : unit.surface.vertices) stiffness[v] += bound[i++];
+    for (const Index vertex : unit.surface.vertices) {
+      largest = std::max(largest, bound[i++] / at.mass[vertex]);
+    }
+    limit =
+        std::min(limit, 1.0 / std::sqrt(1.0 / (critical_step * critical_step) + 0.25 * largest));
+    limit = std::min(limit, unit.obstacle.thickness / (2.0 * speed));
   }
-  return stiffness;
+  return limit;
 }
 
 }  // namespace tetraction

@@ -73,8 +73,8 @@ FrictionPower ExplicitFriction::energy(const MechanicalSystem& system, const Vec
                                        const Vector& after) const {
   FrictionPower sum;
   for (const Impulse& each : impulses_) {
-    const Vector3 mean = 0.5 * (velocity_at(each.place, system, before) +
-                                velocity_at(each.place, system, after));
+    const Vector3 mean =
+        0.5 * (velocity_at(each.place, system, before) + velocity_at(each.place, system, after));
     sum.dissipated -= each.impulse.dot(mean - each.drift);
     sum.of_obstacles += each.impulse.dot(each.drift);
   }

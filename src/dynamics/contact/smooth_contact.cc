@@ -100,8 +100,8 @@ SmoothContact::SmoothContact(const ObstacleShape& shape, const Barrier& barrier,
   } else if (const auto* sphere = std::get_if<SphereShape>(&shape)) {
     walls_.push_back(SmoothWall::sphere(sphere->center, sphere->radius, sphere->inside));
   } else if (const auto* cylinder = std::get_if<CylinderShape>(&shape)) {
-    walls_.push_back(SmoothWall::cylinder(cylinder->point, cylinder->axis, cylinder->radius,
-                                          cylinder->inside));
+    walls_.push_back(
+        SmoothWall::cylinder(cylinder->point, cylinder->axis, cylinder->radius, cylinder->inside));
   } else if (const auto* room = std::get_if<RoomShape>(&shape)) {
     for (Index axis = 0; axis < 3; ++axis) {
       walls_.push_back(SmoothWall::plane(room->min, Vector3::Unit(axis)));

@@ -1,4 +1,5 @@
 #include "tetraction/dynamics/problems/potential_problem.h"
+#include "tetraction/dynamics/contact/contact.h"
 
 #include <algorithm>
 #include <array>
@@ -477,10 +478,10 @@ double PotentialProblem::round_off(const Vector& u) const {
     return 0.5 * std::numeric_limits<double>::epsilon() *
            (std::sqrt(own[2]) + load_norm_ + std::sqrt(own[0]) * largest(u) + std::sqrt(own[1]));
   }
-  double round_off = 0.5 * std::numeric_limits<double>::epsilon() *
-                     (coefficient_.cwiseProduct(u).norm() + load_norm_ +
-                      std::sqrt(sums.squared) * u.cwiseAbs().maxCoeff() +
-                      std::sqrt(sums.with_edges));
+  double round_off =
+      0.5 * std::numeric_limits<double>::epsilon() *
+      (coefficient_.cwiseProduct(u).norm() + load_norm_ +
+       std::sqrt(sums.squared) * u.cwiseAbs().maxCoeff() + std::sqrt(sums.with_edges));
   if (contact_ != nullptr) {
     const Vector x = origin_ + u;
     if (contact_->undefined_vertex(point(x)) < 0) round_off += contact_->round_off(point(x));

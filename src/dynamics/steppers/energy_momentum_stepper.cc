@@ -16,6 +16,7 @@
 #include "implicit_stepper.h"
 #include "rotated_guess.h"
 #include "tetraction/dynamics/body_sums.h"
+#include "tetraction/dynamics/contact/contact.h"
 #include "tetraction/fem/step_length.h"
 
 namespace tetraction {
@@ -185,7 +186,7 @@ class EnergyMomentumStepper : public ImplicitStepper {
 
   // Solves the equations with the forces of constraints that the problem has.
   bool solve(StepOutcome& outcome) {
-    step_.set_with_load_stiffness(system_.has_following_forces());
+    step_.set_with_load_stiffness(step_.has_following_forces());
     const MinimizerReport report = solve_to_round_off(step_, solve_.u(), outcome.minimizer, [&] {
       return finder_->find_root(equations_, solve_.u());
     });
@@ -194,9 +195,9 @@ class EnergyMomentumStepper : public ImplicitStepper {
       outcome.message = report.message;
       return false;
     }
-    const bool is_exact = step_.roughness() > 1.0 ||
-                          step_.forces() != StepForces::kDiscrete || polish(outcome);
-    if (system_.has_following_forces()) step_.take_loads(solve_.u());
+    const bool is_exact =
+        step_.roughness() > 1.0 || step_.forces() != StepForces::kDiscrete || polish(outcome);
+    if (step_.has_following_forces()) step_.take_loads(solve_.u());
     return is_exact;
   }
 
@@ -294,7 +295,8 @@ class EnergyMomentumStepper : public ImplicitStepper {
     } else {
       const TimeSpan span{from.time, to.time};
       const ForcePoint middle = system_.force_point(x_, from.time + step_.step(), span);
-      constraining_ = gather_middle_forces(system_, middle, start, end, load_, outer_, spring_force_);
+      constraining_ =
+          gather_middle_forces(system_, middle, start, end, load_, outer_, spring_force_);
     }
     if (const Contact* contact = system_.contact(); contact != nullptr) {
       obstacle_forces_ = contact->mean_forces(start, end);

@@ -16,6 +16,7 @@
 #include "tetraction/core/parallel.h"
 #include "tetraction/dynamics/body_sums.h"
 #include "tetraction/dynamics/constraints/multipliers.h"
+#include "tetraction/dynamics/contact/contact.h"
 #include "tetraction/dynamics/steppers/stepper.h"
 
 namespace tetraction {

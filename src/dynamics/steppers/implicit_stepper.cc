@@ -8,6 +8,7 @@
 #include "dynamics/contact/friction_step.h"
 #include "dynamics/terms/term_forces.h"
 #include "tetraction/dynamics/body_sums.h"
+#include "tetraction/dynamics/contact/contact.h"
 
 namespace tetraction {
 
@@ -120,10 +121,9 @@ void ImplicitStepper::enter_friction(double h, const State& to, StepOutcome& out
 // outer_ += the forces of friction.
 void ImplicitStepper::add_friction(const State& to) {
   if (!problem_->has_friction()) return;
-  problem_->friction().for_each_force(to.velocity,
-                                      [&](std::size_t, Index v, const Vector3& force) {
-                                        vertex_block(outer_, v) += force;
-                                      });
+  problem_->friction().for_each_force(to.velocity, [&](std::size_t, Index v, const Vector3& force) {
+    vertex_block(outer_, v) += force;
+  });
 }
 
 bool ImplicitStepper::converge_loads(const State& from, double h, double end_time,

@@ -1,6 +1,7 @@
 #include "frame_fields.h"
 
 #include <utility>
+#include "tetraction/dynamics/contact/contact.h"
 
 namespace tetraction {
 
@@ -11,8 +12,8 @@ Frame make_frame(const Session& session, const std::vector<std::string>& names) 
   const MechanicalSystem& system = session.system();
   const VolumeRule rule =
       system.nodal_volume() == nullptr ? VolumeRule::kElement : VolumeRule::kNodal;
-  const auto list = chosen_quantities(names, rule, system.mesh().is_quadratic(),
-                                      system.contact() != nullptr);
+  const auto list =
+      chosen_quantities(names, rule, system.mesh().is_quadratic(), system.contact() != nullptr);
   std::vector<Matrix> values = values_of(session, list);
   for (std::size_t i = 0; i < list.size(); ++i) {
     const bool on_cells = list[i]->domain == ValueDomain::kTetrahedra;

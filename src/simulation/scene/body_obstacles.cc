@@ -10,6 +10,7 @@
 
 #include "body_constraints.h"
 #include "tetraction/core/error.h"
+#include "tetraction/dynamics/contact/contact.h"
 
 namespace tetraction {
 namespace {
@@ -62,8 +63,7 @@ double least_modulus(const MechanicalSystem& system) {
   double least = std::numeric_limits<double>::infinity();
   for (Index e = 0; e < system.rest().element_count(); ++e) {
     const LameParameters lame = system.lame(e);
-    const double modulus =
-        lame.mu * (3.0 * lame.lambda + 2.0 * lame.mu) / (lame.lambda + lame.mu);
+    const double modulus = lame.mu * (3.0 * lame.lambda + 2.0 * lame.mu) / (lame.lambda + lame.mu);
     if (modulus > 0.0) least = std::min(least, modulus);
   }
   return least;
@@ -102,9 +102,9 @@ std::shared_ptr<const Contact> make_contact(const Scene& scene, const Mechanical
   for (const ObstacleSettings& settings : scene.obstacle) {
     const std::string place = settings.where.empty() ? "" : settings.where + ": ";
     if (!names.insert(settings.name).second) {
-      throw InputError(fmt::format(
-          "{}the name \"{}\" belongs to another obstacle already; each needs its own.", place,
-          settings.name));
+      throw InputError(
+          fmt::format("{}the name \"{}\" belongs to another obstacle already; each needs its own.",
+                      place, settings.name));
     }
     try {
       obstacles.push_back(make_obstacle(settings, scene, system));
@@ -138,8 +138,19 @@ void refuse_penetration(const MechanicalSystem& system, const Vector& position, 
   throw InputError(fmt::format(
       "{} penetrates the obstacle \"{}\": {} {} ({}{}), up to {:.3g} m deep. Move the body or the "
       "obstacle so that they are apart.",
-      what, system.contact()->obstacle(obstacle).name, count,
-      count == 1 ? "vertex" : "vertices", vertices, count > kNamed ? ", ..." : "", deepest));
+      what, system.contact()->obstacle(obstacle).name, count, count == 1 ? "vertex" : "vertices",
+      vertices, count > kNamed ? ", ..." : "", deepest));
+}
+
+void refuse_friction(const Scene& scene) {
+  for (const ObstacleSettings& obstacle : scene.obstacle) {
+    if (!(obstacle.friction > 0.0)) continue;
+    throw InputError(fmt::format(
+        "{}{}the obstacle \"{}\" has friction = {}, but the friction of an equilibrium depends on "
+        "how it was "
+        "reached: take friction = 0, or compute the motion with damping.",
+        obstacle.where, obstacle.where.empty() ? "" : ": ", obstacle.name, obstacle.friction));
+  }
 }
 
 }  // namespace tetraction

@@ -17,4 +17,7 @@ std::shared_ptr<const Contact> make_contact(const Scene& scene, const Mechanical
 void refuse_penetration(const MechanicalSystem& system, const Vector& position, double time,
                         const std::string& what);
 
+/// Throws InputError if an obstacle has friction, which an equilibrium cannot have.
+void refuse_friction(const Scene& scene);
+
 }  // namespace tetraction

@@ -73,9 +73,7 @@ SceneSection obstacle_section() {
          .help = "its shape, see below",
          .needed = "\"plane\", \"sphere\", \"cylinder\" or \"box\"."},
         &S::kind},
-       {{.name = "point",
-         .unit = "m",
-         .help = "a point of the plane or of the cylinder's axis"},
+       {{.name = "point", .unit = "m", .help = "a point of the plane or of the cylinder's axis"},
         &S::point,
         has_point},
        {{.name = "normal",
@@ -160,8 +158,9 @@ SceneSection obstacle_section() {
         &S::until},
        {{.name = "offset",
          .unit = "m",
-         .help = "a displacement, by which an equilibrium moves it together with the growing loads; in "
-                 "a motion it stands there from the start",
+         .help =
+             "a displacement, by which an equilibrium moves it together with the growing loads; in "
+             "a motion it stands there from the start",
          .in_file = Written::kUnlessDefault,
          .in_echo = Written::kUnlessDefault},
         &S::offset}},

@@ -82,4 +82,10 @@ struct Obstacle {
   std::vector<std::array<Index, 3>> surface;
 };
 
+/// What an obstacle does to a body in a step, or at an instant.
+struct ObstacleForce {
+  Vector3 force = Vector3::Zero();   ///< on the body, N
+  Vector3 moment = Vector3::Zero();  ///< the same about the origin, N m
+};
+
 }  // namespace tetraction
