@@ -16,7 +16,7 @@ constexpr Index kGrain = 512;
 SmoothWall SmoothWall::plane(const Vector3& point, const Vector3& normal) {
   SmoothWall wall;
   wall.center_ = point;
-  wall.normal_ = normal.normalized();
+  wall.normal_ = normal.stableNormalized();
   return wall;
 }
 
@@ -32,7 +32,7 @@ SmoothWall SmoothWall::sphere(const Vector3& center, double radius, bool inside)
 SmoothWall SmoothWall::cylinder(const Vector3& point, const Vector3& axis, double radius,
                                 bool inside) {
   SmoothWall wall = sphere(point, radius, inside);
-  const Vector3 unit = axis.normalized();
+  const Vector3 unit = axis.stableNormalized();
   wall.projection_ -= unit * unit.transpose();
   return wall;
 }

@@ -98,9 +98,6 @@ StepOutcome ImplicitStepper::advance_part(const State& from, State& to, double h
   return outcome;
 }
 
-// Loads that depend on positions are those of the solution. Without a root finder, and with the multipliers of
-// constraints, they are first others, and are replaced by those of the solution until both agree within
-// the tolerance.
 // The energy of friction, and the impulses of obstacles.
 void ImplicitStepper::enter_friction(double h, const State& to, StepOutcome& outcome) {
   if (system_.contact() == nullptr) return;
@@ -126,6 +123,9 @@ void ImplicitStepper::add_friction(const State& to) {
   });
 }
 
+// Loads that depend on positions are those of the solution. Without a root finder, and with the multipliers of
+// constraints, they are first others, and are replaced by those of the solution until both agree within
+// the tolerance.
 bool ImplicitStepper::converge_loads(const State& from, double h, double end_time,
                                      StepOutcome& outcome) {
   if (!system_.has_load_of_position()) return true;

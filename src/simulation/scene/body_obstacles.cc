@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "body_constraints.h"
+#include "body_loads.h"
 #include "tetraction/core/error.h"
 #include "tetraction/dynamics/contact/contact.h"
 
@@ -135,6 +136,13 @@ void refuse_penetration(const MechanicalSystem& system, const Vector& position, 
     ++count;
     if (std::isfinite(each.depth)) deepest = std::max(deepest, each.depth);
   }
+  if (deepest == 0.0) {
+    throw InputError(fmt::format(
+        "{} has {} {} ({}{}) exactly on the obstacle \"{}\". Contact needs a gap: begin with the obstacle {:.3g} m "
+        "away, where contact begins, or a little nearer.",
+        what, count, count == 1 ? "vertex" : "vertices", vertices, count > kNamed ? ", ..." : "",
+        system.contact()->obstacle(obstacle).name, system.contact()->obstacle(obstacle).thickness));
+  }
   throw InputError(fmt::format(
       "{} penetrates the obstacle \"{}\": {} {} ({}{}), up to {:.3g} m deep. Move the body or the "
       "obstacle so that they are apart.",
@@ -151,6 +159,24 @@ void refuse_friction(const Scene& scene) {
         "reached: take friction = 0, or compute the motion with damping.",
         obstacle.where, obstacle.where.empty() ? "" : ": ", obstacle.name, obstacle.friction));
   }
+}
+
+std::string small_obstacle_warning(const Scene& scene, const MechanicalSystem& system) {
+  constexpr double kEdges = 5.0;
+  for (std::size_t i = 0; i < scene.obstacle.size(); ++i) {
+    const ObstacleSettings& settings = scene.obstacle[i];
+    const bool is_round =
+        settings.kind == ObstacleKind::kSphere || settings.kind == ObstacleKind::kCylinder;
+    if (!is_round || settings.inside || system.contact() == nullptr) continue;
+    const double edge = mean_edge(system.mesh(), system.contact()->obstacle(i).surface);
+    if (settings.radius >= kEdges * edge) continue;
+    return fmt::format(
+        "the radius of the obstacle \"{}\", {:.3g} m, is {:.2g} edges of the body's surface ({:.3g} m): only the "
+        "vertices of the body touch it, so that it can sink into faces between them. Take a finer mesh: five "
+        "edges or more are right",
+        settings.name, settings.radius, settings.radius / edge, edge);
+  }
+  return {};
 }
 
 }  // namespace tetraction
