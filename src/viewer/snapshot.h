@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "tetraction/core/types.h"
-#include "tetraction/dynamics/contact/obstacle_surface.h"
+#include "tetraction/io/obstacle_surface.h"
 #include "tetraction/simulation/session.h"
 #include "viewer/color_field.h"
 

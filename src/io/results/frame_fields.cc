@@ -1,7 +1,9 @@
 #include "frame_fields.h"
 
 #include <utility>
+
 #include "tetraction/dynamics/contact/contact.h"
+#include "tetraction/io/obstacle_surface.h"
 
 namespace tetraction {
 
@@ -19,6 +21,13 @@ Frame make_frame(const Session& session, const std::vector<std::string>& names) 
     const bool on_cells = list[i]->domain == ValueDomain::kTetrahedra;
     (on_cells ? frame.cell_fields : frame.point_fields)
         .push_back({list[i]->name, std::move(values[i]), list[i]->is_integral});
+  }
+  if (const Contact* contact = system.contact(); contact != nullptr && system.part() == nullptr) {
+    const BodyPlace body = body_place(system.mesh().rest_positions(), session.state().position);
+    // An equilibrium has the load factor as its time.
+    const bool is_static = session.load_path() != nullptr;
+    frame.obstacles = obstacle_surface(*contact, body, is_static ? 0.0 : frame.time,
+                                       is_static ? frame.time : 1.0);
   }
   return frame;
 }

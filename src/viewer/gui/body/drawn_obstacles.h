@@ -5,7 +5,7 @@
 
 #include <memory>
 
-#include "tetraction/dynamics/contact/obstacle_surface.h"
+#include "tetraction/io/obstacle_surface.h"
 
 class vtkActor;
 class vtkPolyData;

@@ -1,4 +1,4 @@
-#include "tetraction/dynamics/contact/obstacle_surface.h"
+#include "tetraction/io/obstacle_surface.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>
