@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "core/decompositions.h"
+#include "squared_barrier.h"
 
 namespace tetraction {
 namespace {
@@ -82,26 +83,6 @@ double mollifier_mean_slope(double c0, double c1, double limit) {
   if (x >= 1.0) return 0.0;
   if (y <= 1.0) return (2.0 - x - y) / limit;
   return (1.0 - x) * (1.0 - x) / ((y - x) * limit);
-}
-
-// Of U_b as a function of D = d².
-double slope_of_square(const Barrier& barrier, double d) {
-  return barrier.slope(d) / (2.0 * d);
-}
-
-double curvature_of_square(const Barrier& barrier, double d) {
-  return (barrier.curvature(d) - barrier.slope(d) / d) / (4.0 * d * d);
-}
-
-double mean_slope_of_square(const Barrier& barrier, double from, double to) {
-  return barrier.mean_slope(from, to) / (from + to);
-}
-
-// The derivative of the above by the square of `to`.
-double mean_slope_rate_of_square(const Barrier& barrier, double from, double to) {
-  const double sum = from + to;
-  return (barrier.mean_slope_rate(from, to) - barrier.mean_slope(from, to) / sum) /
-         (2.0 * to * sum);
 }
 
 bool has_mollifier(const ContactPair& pair) {
