@@ -1,5 +1,6 @@
 // The places where a surface touches a rigid mesh.
 #include <algorithm>
+#include <limits>
 #include <array>
 #include <cmath>
 #include <span>
@@ -76,13 +77,14 @@ ContactPlace place_of_pair(const TriangleMesh& mesh, bool edges, Index mesh_item
   ContactPlace place;
   // The difference goes from the second side to the first one, which is the mesh's if it has the vertex.
   const double sign = edges ? 1.0 : -1.0;
-  std::array<std::pair<Index, double>, 3> own{};
+  constexpr Index kNone = std::numeric_limits<Index>::max();  // comes after all vertices
+  std::array<std::pair<Index, double>, 3> own{{{kNone, 0.0}, {kNone, 0.0}, {kNone, 0.0}}};
   std::size_t count = 0;
   for (std::size_t k = 0; k < vertices.size(); ++k) {
     const double w = sign * weights[first + static_cast<int>(k)];
     if (w != 0.0) own[count++] = {vertices[k], w};
   }
-  std::sort(own.begin(), own.begin() + static_cast<std::ptrdiff_t>(count));
+  std::sort(own.begin(), own.end());
   place.point.count = static_cast<int>(count);
   for (std::size_t k = 0; k < count; ++k) {
     place.point.vertices[k] = own[k].first;
