@@ -1,8 +1,8 @@
 // The places where a surface touches a rigid mesh.
 #include <algorithm>
-#include <limits>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <span>
 #include <tuple>
 #include <utility>
