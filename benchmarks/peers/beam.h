@@ -1,8 +1,6 @@
 // The beam of beam.py for programs in C++: reads its file, and prints what a program measured.
 #pragma once
 
-#include <sys/resource.h>
-
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
@@ -52,11 +50,19 @@ inline double now() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
-/// The largest resident memory of the process so far, bytes.
+/// The largest resident memory of the process so far, bytes. That of getrusage() would begin with the
+/// memory of the process that started this one.
 inline long peak_bytes() {
-  rusage usage{};
-  getrusage(RUSAGE_SELF, &usage);
-  return 1024 * usage.ru_maxrss;
+  std::ifstream file("/proc/self/status");
+  std::string name;
+  long kibibytes = 0;
+  while (file >> name) {
+    if (name == "VmHWM:") {
+      file >> kibibytes;
+      break;
+    }
+  }
+  return 1024 * kibibytes;
 }
 
 template <class Value>
