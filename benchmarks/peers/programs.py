@@ -88,9 +88,10 @@ PEERS = (DealII(), Dolfinx())
 
 
 def environment(folder):
-    """One thread everywhere; dolfinx keeps what it compiles in the folder."""
-    one = {name: "1" for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")}
-    return {**os.environ, **one, "XDG_CACHE_HOME": str(folder / "cache"), "PYTHONDONTWRITEBYTECODE": "1"}
+    """One thread everywhere, and no process of Open MPI beside it. dolfinx keeps what it compiles in the folder."""
+    names = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMPI_MCA_ess_singleton_isolated")
+    others = {"XDG_CACHE_HOME": str(folder / "cache"), "PYTHONDONTWRITEBYTECODE": "1"}
+    return {**os.environ, **dict.fromkeys(names, "1"), **others}
 
 
 def measure(command, file, solver, folder):

@@ -21,7 +21,7 @@ def difference(result, ours):
 
 
 def three_digits(value):
-    return f"{value:.0f}" if value >= 100 else f"{value:.3g}"
+    return f"{value:.{0 if value >= 100 else 1 if value >= 10 else 2}f}"
 
 
 def table(results, tetrahedra):

@@ -92,8 +92,8 @@ class PeersTable(unittest.TestCase):
     def test_columns(self):
         results = {"S": [self.result("ours", -1.0), self.result("other", -1.00000002, (1.5, 0.0))]}
         rows = rows_of("\n".join(table(results, {"S": 10})))
-        self.assertEqual(rows[0], ["S", "ours, cg", "375", "1", "2.00", "30", "200", "tip: -1.000000000 m"])
-        self.assertEqual(rows[1], ["S", "other, cg", "750", "2.0", "2.00", "30", "200", "2e-08"])
+        self.assertEqual(rows[0], ["S", "ours, cg", "375", "1", "2.00", "30.0", "200", "tip: -1.000000000 m"])
+        self.assertEqual(rows[1], ["S", "other, cg", "750", "2.0", "2.00", "30.0", "200", "2e-08"])
 
     def test_different_answers_are_told(self):
         ours = self.result("ours", -1.0)
