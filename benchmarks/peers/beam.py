@@ -13,8 +13,8 @@ program makes the step in the same way, so that only the cost of its parts is co
 - It solves its linear systems by conjugate gradients to the relative residual ζ = ½ (|r_i|/|r_{i−1}|)², at most 0.1,
   and no closer than the end of the step needs, 0.3 of its limit. The first ζ of a step is half the first reduction in
   the step before, between 1e-4 and 0.1, and 0.01 in the first step (Eisenstat & Walker 1996).
-- The programs of the peers begin at u_k + h (2 v_k − v_{k−1}). Ours chooses among several guesses, and that is mostly
-  the best one. Only ours searches along a line and looks for saddles; the others take whole Newton steps.
+- The programs of the peers begin at u_k + h (2 v_k − v_{k−1}). Ours chooses among several guesses, of which that is
+  one. Only ours searches along a line and looks for saddles; the others take whole Newton steps.
 """
 
 CELLS = {"S": (20, 4, 4), "M": (40, 9, 9), "L": (76, 18, 18), "XL": (152, 36, 36)}

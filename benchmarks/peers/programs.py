@@ -28,7 +28,7 @@ def call(command, **options):
 
 
 class Program:
-    """One of the programs. The first of the solvers is the fastest on these beams."""
+    """One of the programs. The first of the solvers is the fastest on M and L."""
 
     name = ""
     solvers = ()
@@ -64,7 +64,7 @@ class DealII(Program):
         except Failed as failed:
             if "deal.II is not installed." in str(failed):
                 raise Missing(
-                    "deal.II is not installed: apt-get install --no-install-recommends libdeal.ii-dev"
+                    "deal.II is not installed (9.4 or later): apt-get install --no-install-recommends libdeal.ii-dev"
                 ) from failed
             raise
         call(["cmake", "--build", build])
@@ -78,10 +78,14 @@ class Dolfinx(Program):
     def prepare(self, folder):
         # Debian's own Python has Debian's modules.
         for python in (sys.executable, "/usr/bin/python3"):
-            found = subprocess.run([python, "-c", "import dolfinx.fem.petsc"], capture_output=True, check=False)
+            check = "import dolfinx.fem.petsc, sys; sys.exit(not dolfinx.__version__.startswith('0.5.'))"
+            found = subprocess.run([python, "-c", check], capture_output=True, check=False)
             if found.returncode == 0:
                 return [python, HERE / "dolfinx_beam.py"]
-        raise Missing("dolfinx is not installed: apt-get install --no-install-recommends python3-dolfinx-real")
+        raise Missing(
+            "dolfinx is not installed (0.5, that of Debian 12): "
+            "apt-get install --no-install-recommends python3-dolfinx-real"
+        )
 
 
 PEERS = (DealII(), Dolfinx())
