@@ -16,7 +16,7 @@ namespace {
 constexpr double kSmallShare = 0.05;
 constexpr Index kPairGrain = 64;
 
-std::size_t at(Index i) {
+std::size_t slot(Index i) {
   return static_cast<std::size_t>(i);
 }
 
@@ -46,10 +46,10 @@ MeshContact::MovingPair MeshContact::vertex_face(Index vertex, Index triangle) c
   moving.count = 3;
   moving.first = 1;
   moving.mesh_item = vertex;
-  moving.vertices = surface_.triangles[at(triangle)];
-  moving.rest_of_it.col(0) = mesh_.points()[at(vertex)];
+  moving.vertices = surface_.triangles[slot(triangle)];
+  moving.rest_of_it.col(0) = mesh_.points()[slot(vertex)];
   double area = 0.0;
-  for (const Index i : moving.vertices) area += surface_.areas[at(i)] / 3.0;
+  for (const Index i : moving.vertices) area += surface_.areas[slot(i)] / 3.0;
   moving.pair.weight = kSmallShare * (area > 0.0 ? area : mean_area_);
   return moving;
 }
@@ -60,12 +60,12 @@ MeshContact::MovingPair MeshContact::edge_edge(Index edge, Index other) const {
   moving.count = 2;
   moving.first = 0;
   moving.mesh_item = other;
-  const auto& [i, j] = surface_.edges[at(edge)];
-  const auto& [k, l] = mesh_.edges()[at(other)];
+  const auto& [i, j] = surface_.edges[slot(edge)];
+  const auto& [k, l] = mesh_.edges()[slot(other)];
   moving.vertices = {i, j, 0};
-  moving.rest_of_it.col(2) = mesh_.points()[at(k)];
-  moving.rest_of_it.col(3) = mesh_.points()[at(l)];
-  const double area = 0.5 * (surface_.areas[at(i)] + surface_.areas[at(j)]);
+  moving.rest_of_it.col(2) = mesh_.points()[slot(k)];
+  moving.rest_of_it.col(3) = mesh_.points()[slot(l)];
+  const double area = 0.5 * (surface_.areas[slot(i)] + surface_.areas[slot(j)]);
   moving.pair.weight = kSmallShare * (area > 0.0 ? area : mean_area_);
   moving.pair.parallel =
       parallel_limit(vertex_block(surface_.rest, j) - vertex_block(surface_.rest, i),
@@ -85,16 +85,16 @@ void MeshContact::prepare(Way& way, const Vector& from, const Vector& to) const 
   std::vector<char> close(pairs.size());
   parallel_for(static_cast<Index>(pairs.size()), kPairGrain, [&](Index begin, Index end) {
     for (Index k = begin; k < end; ++k) {
-      MovingPair& moving = pairs[at(k)];
-      if (at(k) < faces.size()) {
-        moving = vertex_face(faces[at(k)][0], faces[at(k)][1]);
+      MovingPair& moving = pairs[slot(k)];
+      if (slot(k) < faces.size()) {
+        moving = vertex_face(faces[slot(k)][0], faces[slot(k)][1]);
       } else {
-        const auto& [e, other] = edges[at(k) - faces.size()];
+        const auto& [e, other] = edges[slot(k) - faces.size()];
         moving = edge_edge(e, other);
       }
       const double limit = barrier_.thickness * barrier_.thickness;
-      close[at(k)] = pair_distance(moving.pair.kind, moving.points(from)).squared < limit ||
-                     pair_distance(moving.pair.kind, moving.points(to)).squared < limit;
+      close[slot(k)] = pair_distance(moving.pair.kind, moving.points(from)).squared < limit ||
+                       pair_distance(moving.pair.kind, moving.points(to)).squared < limit;
     }
   });
   way.pairs.clear();
@@ -133,16 +133,16 @@ double MeshContact::energy(const Vector& x) const {
         PointOnMesh point(mesh_, barrier_);
         double sum = 0.0;
         for (Index k = begin; k < end; ++k) {
-          const Index i = now.near.vertices[at(k)];
-          sum += surface_.areas[at(i)] *
-                 point.energy(now.near.triangles_of(at(k)), vertex_block(x, i));
+          const Index i = now.near.vertices[slot(k)];
+          sum += surface_.areas[slot(i)] *
+                 point.energy(now.near.triangles_of(slot(k)), vertex_block(x, i));
         }
         return sum;
       });
   return vertices + parallel_sum(static_cast<Index>(now.pairs.size()), [&](Index begin, Index end) {
            double sum = 0.0;
            for (Index k = begin; k < end; ++k) {
-             const MovingPair& moving = now.pairs[at(k)];
+             const MovingPair& moving = now.pairs[slot(k)];
              sum += pair_energy(barrier_, moving.pair, moving.points(x));
            }
            return sum;
@@ -155,17 +155,17 @@ void MeshContact::add_gradient(const Vector& x, Vector& gradient) const {
                [&](Index begin, Index end) {
                  PointOnMesh point(mesh_, barrier_);
                  for (Index k = begin; k < end; ++k) {
-                   const Index i = now.near.vertices[at(k)];
+                   const Index i = now.near.vertices[slot(k)];
                    vertex_block(gradient, i) +=
-                       surface_.areas[at(i)] *
-                       point.gradient(now.near.triangles_of(at(k)), vertex_block(x, i));
+                       surface_.areas[slot(i)] *
+                       point.gradient(now.near.triangles_of(slot(k)), vertex_block(x, i));
                  }
                });
   std::vector<PairVector> parts(now.pairs.size());
   parallel_for(static_cast<Index>(parts.size()), kPairGrain, [&](Index begin, Index end) {
     for (Index k = begin; k < end; ++k) {
-      const MovingPair& moving = now.pairs[at(k)];
-      parts[at(k)] = pair_gradient(barrier_, moving.pair, moving.points(x));
+      const MovingPair& moving = now.pairs[slot(k)];
+      parts[slot(k)] = pair_gradient(barrier_, moving.pair, moving.points(x));
     }
   });
   for (std::size_t k = 0; k < parts.size(); ++k) {
@@ -184,18 +184,18 @@ void MeshContact::add_discrete_gradient(const Vector& from, const Vector& to,
                [&](Index begin, Index end) {
                  PointOnMesh point(mesh_, barrier_);
                  for (Index k = begin; k < end; ++k) {
-                   const Index i = now.near.vertices[at(k)];
+                   const Index i = now.near.vertices[slot(k)];
                    vertex_block(gradient, i) +=
-                       surface_.areas[at(i)] * point.mean_gradient(now.near.triangles_of(at(k)),
-                                                                   vertex_block(from, i),
-                                                                   vertex_block(to, i));
+                       surface_.areas[slot(i)] * point.mean_gradient(now.near.triangles_of(slot(k)),
+                                                                     vertex_block(from, i),
+                                                                     vertex_block(to, i));
                  }
                });
   std::vector<PairVector> parts(now.pairs.size());
   parallel_for(static_cast<Index>(parts.size()), kPairGrain, [&](Index begin, Index end) {
     for (Index k = begin; k < end; ++k) {
-      const MovingPair& moving = now.pairs[at(k)];
-      parts[at(k)] =
+      const MovingPair& moving = now.pairs[slot(k)];
+      parts[slot(k)] =
           mean_pair(barrier_, moving.pair, moving.points(from), moving.points(to)).gradient;
     }
   });
@@ -214,12 +214,12 @@ void MeshContact::add_blocks(const Way& way, bool convex, const std::vector<Matr
   if (convex) {
     parallel_for(static_cast<Index>(coupled.size()), kPairGrain, [&](Index begin, Index end) {
       for (Index k = begin; k < end; ++k) {
-        const MovingPair& moving = way.pairs[at(k)];
+        const MovingPair& moving = way.pairs[slot(k)];
         const int first = 3 * moving.first;
         const int size = 3 * moving.count;
-        Matrix part = coupled[at(k)].block(first, first, size, size);
+        Matrix part = coupled[slot(k)].block(first, first, size, size);
         make_semidefinite(part);
-        coupled[at(k)].block(first, first, size, size) = part;
+        coupled[slot(k)].block(first, first, size, size) = part;
       }
     });
   }
@@ -256,16 +256,16 @@ void MeshContact::add_hessian(const Vector& x, bool convex, SurfaceBlocks& block
   parallel_for(static_cast<Index>(own.size()), kPairGrain, [&](Index begin, Index end) {
     PointOnMesh point(mesh_, barrier_);
     for (Index k = begin; k < end; ++k) {
-      const Index i = now.near.vertices[at(k)];
-      own[at(k)] =
-          surface_.areas[at(i)] * point.hessian(now.near.triangles_of(at(k)), vertex_block(x, i));
+      const Index i = now.near.vertices[slot(k)];
+      own[slot(k)] = surface_.areas[slot(i)] *
+                     point.hessian(now.near.triangles_of(slot(k)), vertex_block(x, i));
     }
   });
   std::vector<PairMatrix> coupled(now.pairs.size());
   parallel_for(static_cast<Index>(coupled.size()), kPairGrain, [&](Index begin, Index end) {
     for (Index k = begin; k < end; ++k) {
-      const MovingPair& moving = now.pairs[at(k)];
-      coupled[at(k)] = pair_hessian(barrier_, moving.pair, moving.points(x));
+      const MovingPair& moving = now.pairs[slot(k)];
+      coupled[slot(k)] = pair_hessian(barrier_, moving.pair, moving.points(x));
     }
   });
   add_blocks(now, convex, own, coupled, blocks);
@@ -278,17 +278,17 @@ void MeshContact::add_discrete_hessian(const Vector& from, const Vector& to, boo
   parallel_for(static_cast<Index>(own.size()), kPairGrain, [&](Index begin, Index end) {
     PointOnMesh point(mesh_, barrier_);
     for (Index k = begin; k < end; ++k) {
-      const Index i = now.near.vertices[at(k)];
-      own[at(k)] =
-          surface_.areas[at(i)] * point.mean_hessian(now.near.triangles_of(at(k)),
-                                                     vertex_block(from, i), vertex_block(to, i));
+      const Index i = now.near.vertices[slot(k)];
+      own[slot(k)] =
+          surface_.areas[slot(i)] * point.mean_hessian(now.near.triangles_of(slot(k)),
+                                                       vertex_block(from, i), vertex_block(to, i));
     }
   });
   std::vector<PairMatrix> coupled(now.pairs.size());
   parallel_for(static_cast<Index>(coupled.size()), kPairGrain, [&](Index begin, Index end) {
     for (Index k = begin; k < end; ++k) {
-      const MovingPair& moving = now.pairs[at(k)];
-      coupled[at(k)] =
+      const MovingPair& moving = now.pairs[slot(k)];
+      coupled[slot(k)] =
           mean_pair_hessian(barrier_, moving.pair, moving.points(from), moving.points(to));
     }
   });
@@ -314,8 +314,8 @@ void MeshContact::vertex_gaps(const Vector& x, Vector& gaps) const {
       static_cast<Index>(now.near.vertices.size()), kPairGrain, [&](Index begin, Index end) {
         const PointOnMesh point(mesh_, barrier_);
         for (Index k = begin; k < end; ++k) {
-          const Index i = now.near.vertices[at(k)];
-          const double d = point.distance(now.near.triangles_of(at(k)), vertex_block(x, i));
+          const Index i = now.near.vertices[slot(k)];
+          const double d = point.distance(now.near.triangles_of(slot(k)), vertex_block(x, i));
           if (d < barrier_.thickness) gaps[i] = d;
         }
       });

@@ -47,7 +47,7 @@ void add_vertex_places(Index vertex, double area, const std::vector<FeatureForce
 }
 
 // The forces are the weights of normals and places, which are equal but over a step.
-void merge(ContactPoint& sum, const ContactPoint& other) {
+void merge_places(ContactPoint& sum, const ContactPoint& other) {
   const double force = sum.force + other.force;
   const double share = force > 0.0 ? other.force / force : 0.5;
   const Vector3 normal = (1.0 - share) * sum.normal + share * other.normal;
@@ -65,7 +65,8 @@ void append_merged(std::vector<ContactPlace>& places, std::vector<ContactPoint>&
                    [](const ContactPlace& a, const ContactPlace& b) { return a.key() < b.key(); });
   for (std::size_t k = 0; k < places.size();) {
     ContactPlace sum = places[k++];
-    while (k < places.size() && places[k].key() == sum.key()) merge(sum.point, places[k++].point);
+    while (k < places.size() && places[k].key() == sum.key())
+      merge_places(sum.point, places[k++].point);
     points.push_back(sum.point);
   }
 }

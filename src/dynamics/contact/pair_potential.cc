@@ -23,7 +23,7 @@ struct Directions {
   double ab;
 };
 
-Directions directions(const PairPoints& p) {
+Directions edge_directions(const PairPoints& p) {
   Directions d;
   d.a = p.col(1) - p.col(0);
   d.b = p.col(3) - p.col(2);
@@ -184,7 +184,7 @@ PairVector pair_gradient(const Barrier& barrier, const ContactPair& pair,
   const double c = parallel_measure(points);
   return mollifier(c, pair.parallel) * by_distance +
          (pair.weight * barrier.value(d) * mollifier_slope(c, pair.parallel)) *
-             measure_gradient(directions(points));
+             measure_gradient(edge_directions(points));
 }
 
 PairMatrix pair_hessian(const Barrier& barrier, const ContactPair& pair, const PairPoints& points) {
@@ -198,7 +198,7 @@ PairMatrix pair_hessian(const Barrier& barrier, const ContactPair& pair, const P
   if (has_mollifier(pair)) {
     const double c = parallel_measure(points);
     if (c < pair.parallel) {
-      const Directions edges = directions(points);
+      const Directions edges = edge_directions(points);
       const PairVector gc = measure_gradient(edges);
       const double rate = mollifier_slope(c, pair.parallel);
       const double value = barrier.value(d);
@@ -235,8 +235,8 @@ MeanPair mean_pair(const Barrier& barrier, const ContactPair& pair, const PairPo
   result.force = -2.0 * factor * s * mean.difference.norm();
   result.stiffness = factor * barrier.mean_slope_rate(mean.d0, mean.d1);
   if (!has_mollifier(pair) || std::min(c0, c1) >= pair.parallel) return result;
-  const Directions d0 = directions(from);
-  const Directions d1 = directions(to);
+  const Directions d0 = edge_directions(from);
+  const Directions d1 = edge_directions(to);
   // The squares and the product are those of the mean Gram matrix.
   const Directions d{0.5 * (d0.a + d1.a), 0.5 * (d0.b + d1.b), 0.5 * (d0.aa + d1.aa),
                      0.5 * (d0.bb + d1.bb), 0.5 * (d0.ab + d1.ab)};
@@ -267,9 +267,9 @@ PairMatrix mean_pair_hessian(const Barrier& barrier, const ContactPair& pair,
     const double c1 = parallel_measure(to);
     h *= 0.5 * (mollifier(c0, limit) + mollifier(c1, limit));
     if (std::min(c0, c1) < limit) {
-      const Directions edges = directions(middle);
+      const Directions edges = edge_directions(middle);
       const PairVector gc = measure_gradient(edges);
-      const PairVector gc1 = measure_gradient(directions(to));
+      const PairVector gc1 = measure_gradient(edge_directions(to));
       const double e_rate = mollifier_mean_slope(c0, c1, limit);
       const double value = 0.5 * (barrier.value(mean.d0) + barrier.value(mean.d1));
       // ∂ē/∂c1 = e′(c1)/2 and ∂Ū_b/∂D1 = U_b′(D1)/2; the symmetric parts of the products.
