@@ -117,7 +117,7 @@ TEST(TriangleMeshReader, AllFormatsGiveTheSameSurface) {
 }
 
 TEST(TriangleMeshReader, TetrahedraGiveTheirBoundary) {
-  const TetMesh box = generate_box({2, 3, 2}, {1.0, 1.0, 1.0});
+  const TetMesh box = generate_box({1.0, 1.5, 1.0}, {2, 3, 2});
   for (const std::string name : {"box.vtu", "box.vtk", "box.msh"}) {
     const std::string path = surface_file(name, "");
     write_mesh(box, path);
