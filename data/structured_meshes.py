@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
-"""Writes the structured meshes of data/: thick_sphere.msh, bushing.msh, tuning_fork.msh and l_block.msh
-(Gmsh 2.2, ASCII).
+"""Writes the structured meshes of data/: thick_sphere.msh, bushing.msh, tuning_fork.msh, l_block.msh
+and ball.msh (Gmsh 2.2, ASCII).
 
-All are made of prisms or bricks that are cut into tetrahedra. Every prism is cut along the
+All but the ball are made of prisms or bricks that are cut into tetrahedra. Every prism is cut along the
 diagonals that start at its vertices with the smallest numbers, so that neighbours fit together.
 """
+import itertools
 import math
 import os
 
@@ -210,8 +211,48 @@ def l_block(cells):
                   [('foot', lambda p: p[0] == 6.0), ('top', lambda p: p[1] == 10.0)])
 
 
+def ball(radius, edge):
+    """A ball about the origin: an octahedron, whose eight octants are divided and rounded.
+
+    An octant x + y + z <= edge is cut as Freudenthal's triangulation cuts u >= v >= w >= 0 with u = x + y + z,
+    v = y + z and w = z. All faces of octants are divided in the same way, so that octants fit together.
+    """
+    number = {}
+    points = []
+    tetrahedra = []
+
+    def at(signs, x, y, z):
+        place = tuple(s * c for s, c in zip(signs, (x, y, z)))
+        if place not in number:
+            number[place] = len(points)
+            whole = x + y + z
+            # As in thick_sphere(), great circles are divided into equal angles.
+            d = [s * math.tan(0.25 * math.pi * c / whole) if whole else 0.0 for s, c in zip(signs, (x, y, z))]
+            length = math.sqrt(sum(c * c for c in d)) or 1.0
+            points.append(tuple(radius * whole / edge * c / length for c in d))
+        return number[place]
+
+    for signs in itertools.product((1, -1), repeat=3):
+        for corner in itertools.product(range(edge), repeat=3):
+            for order in itertools.permutations(range(3)):
+                path = [list(corner)]
+                for axis in order:
+                    path.append(list(path[-1]))
+                    path[-1][axis] += 1
+                if any(not u >= v >= w for u, v, w in path):
+                    continue
+                cell = tuple(at(signs, u - v, v - w, w) for u, v, w in path)
+                a, b, c, d = (points[v] for v in cell)
+                e, f, g = ([q - p for p, q in zip(a, other)] for other in (b, c, d))
+                volume = (e[0] * (f[1] * g[2] - f[2] * g[1]) + e[1] * (f[2] * g[0] - f[0] * g[2])
+                          + e[2] * (f[0] * g[1] - f[1] * g[0]))
+                tetrahedra.append(cell if volume > 0.0 else (cell[0], cell[2], cell[1], cell[3]))
+    write_shipped('ball.msh', points, tetrahedra, [])
+
+
 if __name__ == '__main__':
     thick_sphere(inner=1.0, outer=2.0, edge=16, layers=12)
     bushing(inner=0.010, outer=0.022, length=0.030, around=36, across=4, along=6)
     tuning_fork(cells=2)
     l_block(cells=1)
+    ball(radius=0.1, edge=6)

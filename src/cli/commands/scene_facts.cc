@@ -359,10 +359,11 @@ void print_obstacles(const MechanicalSystem& system) {
   print_result("obstacles:\n");
   for (std::size_t i = 0; i < contact->size(); ++i) {
     const Obstacle& obstacle = contact->obstacle(i);
-    print_result("  {}: thickness {:.4g} m, stiffness {:.4g} Pa, friction {:.4g}{}; {} may touch it\n",
-                 obstacle.name, obstacle.thickness, obstacle.stiffness, obstacle.friction,
-                 obstacle.motion.at_rest() ? "" : ", moves",
-                 triangles_text(static_cast<Index>(obstacle.surface.size())));
+    print_result(
+        "  {}: thickness {:.4g} m, stiffness {:.4g} Pa, friction {:.4g}{}; {} may touch it\n",
+        obstacle.name, obstacle.thickness, obstacle.stiffness, obstacle.friction,
+        obstacle.motion.at_rest() ? "" : ", moves",
+        triangles_text(static_cast<Index>(obstacle.surface.size())));
   }
 }
 

@@ -10,6 +10,7 @@
 
 #include "contact_surface.h"
 #include "contact_unit.h"
+#include "mesh_contact.h"
 #include "smooth_contact.h"
 #include "tetraction/core/error.h"
 
@@ -69,8 +70,13 @@ Contact::Contact(const TetMesh& mesh, std::vector<Obstacle> obstacles) {
     check_obstacle(obstacle);
     Unit unit;
     unit.surface = contact_surface(mesh, obstacle);
-    unit.law = std::make_unique<SmoothContact>(
-        obstacle.shape, Barrier{obstacle.thickness, obstacle.stiffness}, unit.surface.areas);
+    const Barrier barrier{obstacle.thickness, obstacle.stiffness};
+    if (const auto* surface = std::get_if<MeshShape>(&obstacle.shape)) {
+      unit.law = std::make_unique<MeshContact>(TriangleMesh(surface->points, surface->triangles),
+                                               unit.surface, barrier);
+    } else {
+      unit.law = std::make_unique<SmoothContact>(obstacle.shape, barrier, unit.surface.areas);
+    }
     unit.obstacle = std::move(obstacle);
     units_.push_back(std::move(unit));
   }

@@ -268,7 +268,8 @@ class EnergyMomentumStepper : public ImplicitStepper {
     for (std::size_t i = 0; i < contact->size(); ++i) {
       if (!(gap < kThin * contact->obstacle(i).thickness)) continue;
       return fmt::format(
-          "; the gap between body and obstacles is {:.1g} m: the layer of an obstacle is too weak for "
+          "; the gap between body and obstacles is {:.1g} m: the layer of an obstacle is too weak "
+          "for "
           "this impact, so raise obstacle.stiffness or obstacle.thickness",
           gap);
     }

@@ -44,11 +44,11 @@ bool ImplicitStepper::lead_along(const State& from, double end_time, StepOutcome
   if (!moving_) {
     outcome.status = StepStatus::kNotConverged;
     const Contact* contact = system_.contact();
-    outcome.message =
-        contact != nullptr && contact->moves()
-            ? "an obstacle moves so far in this step that it would crush or invert elements: take a "
-              "smaller step"
-            : "the elastic energy is not defined at the start of the step";
+    outcome.message = contact != nullptr && contact->moves()
+                          ? "an obstacle moves so far in this step that it would crush or invert "
+                            "elements: take a "
+                            "smaller step"
+                          : "the elastic energy is not defined at the start of the step";
     return false;
   }
   if (system_.part() != nullptr) {

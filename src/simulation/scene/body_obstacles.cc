@@ -16,6 +16,16 @@
 namespace tetraction {
 namespace {
 
+// The surface of a file in m.
+MeshShape mesh_of(const ObstacleSettings& settings) {
+  MeshShape mesh{settings.points, settings.triangles};
+  for (const LengthUnit& unit : length_units()) {
+    if (settings.unit != unit.name) continue;
+    for (Vector3& point : mesh.points) point *= unit.metres;
+  }
+  return mesh;
+}
+
 ObstacleShape shape_of(const ObstacleSettings& settings) {
   switch (settings.kind) {
     case ObstacleKind::kPlane:
@@ -24,9 +34,12 @@ ObstacleShape shape_of(const ObstacleSettings& settings) {
       return SphereShape{settings.center, settings.radius, settings.inside};
     case ObstacleKind::kCylinder:
       return CylinderShape{settings.point, settings.axis, settings.radius, settings.inside};
+    case ObstacleKind::kMesh:
+      return mesh_of(settings);
     case ObstacleKind::kBox:
       break;
   }
+  if (!settings.inside) return box_surface(settings.min, settings.max);
   return RoomShape{settings.min, settings.max};
 }
 
@@ -37,6 +50,11 @@ Vector3 center_of(const ObstacleSettings& settings) {
       return settings.point;
     case ObstacleKind::kSphere:
       return settings.center;
+    case ObstacleKind::kMesh: {
+      Vector3 sum = Vector3::Zero();
+      for (const Vector3& point : mesh_of(settings).points) sum += point;
+      return sum / static_cast<double>(settings.points.size());
+    }
     case ObstacleKind::kBox:
       break;
   }
@@ -136,9 +154,18 @@ void refuse_penetration(const MechanicalSystem& system, const Vector& position, 
     ++count;
     if (std::isfinite(each.depth)) deepest = std::max(deepest, each.depth);
   }
+  if (std::isnan(all.front().depth)) {
+    throw InputError(
+        fmt::format("{} has faces or edges that cross the obstacle \"{}\", the first at vertex {}. "
+                    "Move the body or the "
+                    "obstacle so that they are apart.",
+                    what, system.contact()->obstacle(obstacle).name,
+                    system.mesh().vertex_id(all.front().vertex)));
+  }
   if (deepest == 0.0) {
     throw InputError(fmt::format(
-        "{} has {} {} ({}{}) exactly on the obstacle \"{}\". Contact needs a gap: begin with the obstacle {:.3g} m "
+        "{} has {} {} ({}{}) exactly on the obstacle \"{}\". Contact needs a gap: begin with the "
+        "obstacle {:.3g} m "
         "away, where contact begins, or a little nearer.",
         what, count, count == 1 ? "vertex" : "vertices", vertices, count > kNamed ? ", ..." : "",
         system.contact()->obstacle(obstacle).name, system.contact()->obstacle(obstacle).thickness));
@@ -171,8 +198,10 @@ std::string small_obstacle_warning(const Scene& scene, const MechanicalSystem& s
     const double edge = mean_edge(system.mesh(), system.contact()->obstacle(i).surface);
     if (settings.radius >= kEdges * edge) continue;
     return fmt::format(
-        "the radius of the obstacle \"{}\", {:.3g} m, is {:.2g} edges of the body's surface ({:.3g} m): only the "
-        "vertices of the body touch it, so that it can sink into faces between them. Take a finer mesh: five "
+        "the radius of the obstacle \"{}\", {:.3g} m, is {:.2g} edges of the body's surface "
+        "({:.3g} m): only the "
+        "vertices of the body touch it, so that it can sink into faces between them. Take a finer "
+        "mesh: five "
         "edges or more are right",
         settings.name, settings.radius, settings.radius / edge, edge);
   }

@@ -7,8 +7,8 @@
 #include <utility>
 
 #include "fem/inverted_elements.h"
-#include "simulation/scene/body_obstacles.h"
 #include "simulation/facts/load_facts.h"
+#include "simulation/scene/body_obstacles.h"
 #include "simulation/stepping/adaptations.h"
 #include "tetraction/core/blas.h"
 #include "tetraction/simulation/warnings.h"
