@@ -7,11 +7,13 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <sstream>
 
 #include "support/folder_test.h"
 #include "tetraction/core/error.h"
 #include "tetraction/io/frame_reader.h"
 #include "tetraction/io/mesh_reader.h"
+#include "tetraction/io/obstacle_surface.h"
 #include "tetraction/mesh/generate.h"
 
 namespace tetraction {
@@ -109,6 +111,63 @@ TEST_F(FrameWriterTest, CollectionListsEveryFrameAfterEveryWrite) {
   for (const auto& entry : fs::recursive_directory_iterator(folder_)) {
     EXPECT_NE(entry.path().extension(), ".part");
   }
+}
+
+// A floor that is at rest in the first two frames and higher in the third.
+TEST_F(FrameWriterTest, ObstaclesAreAPartOfTheCollectionAndAFileForEachPlace) {
+  std::string kept;
+  std::vector<std::uint64_t> sizes;
+  const auto frame_with_floor = [&](int i) {
+    Frame result = frame(10 * i, 0.1 * i);
+    auto floor = std::make_shared<ObstacleSurface>();
+    ObstacleFrame place;
+    place.shift.y() = i < 2 ? 0.0 : 0.5;
+    add_obstacle_surface(PlaneShape{}, place, {}, 0, *floor);
+    result.obstacles = floor;
+    return result;
+  };
+  const auto files = [&] {
+    const std::string pvd = contents(folder_ / "frames.pvd");
+    std::vector<std::string> entries;
+    for (int k = 0; !attribute(pvd, "file", k).empty(); ++k) {
+      entries.push_back(attribute(pvd, "part", k) + " " + attribute(pvd, "file", k));
+    }
+    return entries;
+  };
+  const std::vector<std::string> expected{
+      "0 frames/frame_000000.vtu", "1 frames/obstacles_000000.vtu",
+      "0 frames/frame_000010.vtu", "1 frames/obstacles_000000.vtu",
+      "0 frames/frame_000020.vtu", "1 frames/obstacles_000020.vtu"};
+  {
+    FrameWriter writer(mesh_, folder_.string());
+    for (int i = 0; i < 2; ++i) writer.write(frame_with_floor(i));
+    sizes = writer.frame_sizes();
+    std::istringstream lines(contents(folder_ / "frames.pvd"));
+    for (std::string line; std::getline(lines, line);) {
+      if (line.find("<DataSet") != std::string::npos) kept += line + "\n";
+    }
+    writer.write(frame_with_floor(2));
+  }
+  EXPECT_EQ(files(), expected);
+  EXPECT_FALSE(fs::exists(folder_ / "frames/obstacles_000010.vtu"));
+  EXPECT_EQ(sizes[0], fs::file_size(folder_ / "frames/frame_000000.vtu"));
+  const std::string floor = contents(folder_ / "frames/obstacles_000020.vtu");
+
+  // A writer that goes on after the second frame writes the same files.
+  {
+    FrameWriter writer(
+        mesh_, folder_.string(), {}, kept,
+        {"frame_000000.vtu", "obstacles_000000.vtu", "frame_000010.vtu", "obstacles_000000.vtu"},
+        sizes);
+    EXPECT_FALSE(fs::exists(folder_ / "frames/obstacles_000020.vtu"));
+    EXPECT_TRUE(fs::exists(folder_ / "frames/obstacles_000000.vtu"));
+    writer.write(frame_with_floor(1));
+    EXPECT_EQ(files().back(), "1 frames/obstacles_000000.vtu");
+    writer.write(frame_with_floor(2));
+    EXPECT_EQ(contents(folder_ / "frames/obstacles_000020.vtu"), floor);
+  }
+  FrameWriter anew(mesh_, folder_.string());
+  EXPECT_FALSE(fs::exists(folder_ / "frames"));
 }
 
 TEST_F(FrameWriterTest, ArraysOfOneFrameDoNotStayInTheNext) {
