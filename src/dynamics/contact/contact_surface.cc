@@ -15,7 +15,7 @@ namespace {
 
 // The share of the area of a quadratic face that its corners have. It keeps them out of the obstacle; with a uniform
 // pressure they should have none.
-constexpr double kCornerShare = 0.02;
+constexpr double kCornerShare = 1e-3;
 
 }  // namespace
 
