@@ -198,6 +198,28 @@ TEST(ObstacleSurfaceTest, ARoomHasSixWallsThatAreSeenFromInside) {
   }
 }
 
+TEST(ObstacleSurfaceTest, AMeshHasItsTrianglesSeenFromBothSides) {
+  const MeshShape mesh{{{0.0, 0.0, 0.0}, {1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.0, 0.0, 1.0}},
+                       {{0, 1, 2}, {0, 3, 1}}};
+  ObstacleSurface surface = surface_of(PlaneShape{});
+  const std::size_t before = surface.polygons.size();
+  const auto first = static_cast<Index>(surface.points.size());
+  const ObstacleFrame frame = turned();
+  add_obstacle_surface(mesh, frame, body_at({2.0, 0.0, 0.0}), 8, surface);
+  ASSERT_EQ(surface.polygons.size(), before + 4);
+  for (std::size_t i = 0; i < mesh.points.size(); ++i) {
+    EXPECT_EQ(surface.points[static_cast<std::size_t>(first) + i], frame.to_world(mesh.points[i]));
+  }
+  for (std::size_t t = 0; t < 2; ++t) {
+    const auto& front = surface.polygons[before + 2 * t];
+    const auto& back = surface.polygons[before + 2 * t + 1];
+    EXPECT_EQ(front[0], first + mesh.triangles[t][0]);
+    EXPECT_LT((area_of(surface, front) + area_of(surface, back)).norm(), 1e-15);
+    EXPECT_NEAR(area_of(surface, front).norm(), 0.5, 1e-15);
+  }
+  EXPECT_EQ(surface.obstacle.back(), 8);
+}
+
 TEST(ObstacleSurfaceTest, TheBodysPlaceIsThatOfItsBox) {
   Vector rest(6);
   rest << 0.0, 0.0, 0.0, 3.0, 4.0, 12.0;

@@ -12,7 +12,7 @@ namespace tetraction {
 class Contact;
 
 /// Polygons with three or four corners. Their corners are counter-clockwise where they are seen from the side of the
-/// body.
+/// body. A triangle of a mesh, both of whose sides act, is there twice.
 struct ObstacleSurface {
   std::vector<Vector3> points;  ///< m
   /// The points of each polygon; of a triangle the last one is −1.

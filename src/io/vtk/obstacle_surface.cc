@@ -106,6 +106,14 @@ class SurfaceMaker {
     }
   }
 
+  void operator()(const MeshShape& mesh) {
+    const Index first = begin();
+    for (const Vector3& point : mesh.points) add_point(point);
+    for (const auto& [a, b, c] : mesh.triangles) {
+      for (const bool turned : {false, true}) add({first + a, first + b, first + c, -1}, turned);
+    }
+  }
+
  private:
   // How far along a direction through `point` the body is: exactly at rest, and from there in whole diagonals.
   double near_body(const Vector3& direction, const Vector3& point) const {
