@@ -135,7 +135,7 @@ TEST_F(Obstacles, AreNoHindranceToTheMouse) {
 }
 
 TEST_F(Obstacles, ContactForcesHaveArrows) {
-  // A third of the layer's thickness below the beam: a tenth of the mean edge, which is above 0.15 m.
+  // The beam is in the layer, whose thickness is a tenth of the mean edge, which is longer than 0.15 m.
   Document document = beam_with({floor_at(-0.005)});
   show(std::move(document));
   raise("dock_drawing");
