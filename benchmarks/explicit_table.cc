@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "peers.h"
 #include "tables.h"
 #include "tetraction/dynamics/balance.h"
 #include "tetraction/material/material.h"
@@ -65,16 +64,11 @@ Timing measure(const Loop& loop, Rule rule, int repetitions) {
   return {per_tetrahedron * median(bare), median(extra)};
 }
 
-// They are of neo-Hookean bodies on one thread.
-std::string peers(const std::string& material, int threads) {
-  return material == NeoHookean::kName && threads == 1 ? kPeersExplicit : "";
-}
-
 std::vector<Column> columns() {
   return {{"size", 4},         {"tetrahedra", 10},  {"material", 13},
           {"rule", 8},         {"threads", 7},      {"repetitions", 11},
           {"ns/tet", 7},       {"x bandwidth", 11}, {"x multiply-add", 14},
-          {"balance %", 9, 2}, {"speed-up", 8},     {"peers ns/tet", 12}};
+          {"balance %", 9, 2}, {"speed-up", 8}};
 }
 
 }  // namespace
@@ -84,8 +78,7 @@ void explicit_table(const Settings& settings, const LimitsByThreads& limits, Rep
       "Explicit steps: time per tetrahedron and step", columns(),
       {"x bandwidth: times what reading 100 bytes a tetrahedron from memory takes",
        "x multiply-add: times what 125 multiply-adds a tetrahedron take",
-       "speed-up: over the first number of threads (at most the machine's own, see its limits)",
-       kPeerNote});
+       "speed-up: over the first number of threads (at most the machine's own, see its limits)"});
   for (const BeamSize& size : settings.sizes) {
     use_threads(settings.threads.front());
     const auto beam = make_beam(size.mesh());
@@ -109,7 +102,7 @@ void explicit_table(const Settings& settings, const LimitsByThreads& limits, Rep
                       Index{threads}, Index{settings.repetitions()}, t.step,
                       1e-9 * t.step * limit.read / kBytes,
                       1e-9 * t.step * limit.multiply_add / (2.0 * kMultiplyAdds), t.balance,
-                      first / t.step, peers(material, threads)});
+                      first / t.step});
         }
       }
     }

@@ -3,7 +3,6 @@
 #include <limits>
 #include <numeric>
 
-#include "peers.h"
 #include "tables.h"
 #include "tetraction/solver/ceres_minimizer.h"
 #include "tetraction/solver/newton_minimizer.h"
@@ -107,22 +106,19 @@ Run measure(const MechanicalSystem& beam, bool midpoint, Solver solver, const Se
 }
 
 void add_row(const Case& c, Solver solver, const Run& run, Report& report) {
-  const std::string peers = solver == Solver::kAuto && c.youngs_modulus == kSoft && c.threads == 1
-                                ? peers_implicit(c.size.name, c.midpoint)
-                                : "";
   report.row({c.size.name, c.youngs_modulus / 1e6, c.midpoint ? "midpoint" : "backward-euler",
               name(solver), Index{c.threads}, run.repetitions,
               static_cast<Index>(run.seconds.size()), run.ms(),
               run.per_step(static_cast<double>(run.iterations)),
               run.per_step(static_cast<double>(run.cg_iterations)), run.factorizations, run.linear,
-              run.tip, peers});
+              run.tip});
 }
 
 std::vector<Column> columns() {
-  return {{"size", 4},         {"E MPa", 5},         {"rule", 14},   {"solver", 12},
-          {"threads", 7},      {"repetitions", 11},  {"steps", 5},   {"ms/step", 8},
-          {"newton/step", 11}, {"cg/step", 7},       {"factors", 7}, {"linear", 11},
-          {"tip m", 13, 10},   {"peers ms/step", 13}};
+  return {{"size", 4},         {"E MPa", 5},        {"rule", 14},   {"solver", 12},
+          {"threads", 7},      {"repetitions", 11}, {"steps", 5},   {"ms/step", 8},
+          {"newton/step", 11}, {"cg/step", 7},      {"factors", 7}, {"linear", 11},
+          {"tip m", 13, 10}};
 }
 
 // The runs to compare. A factor of XL takes about ten gigabytes, and Ceres is slow above M.
@@ -193,7 +189,7 @@ void ratio_table(const std::vector<Ratios>& all, Report& report) {
 
 void implicit_tables(const Settings& settings, Report& report) {
   report.table("Implicit steps from rest, h = 0.01 s, tolerance 1e-8: mean of 20 steps", columns(),
-               {"fewer steps than 20: the time for a row was used up; no tip then", kPeerNote});
+               {"fewer steps than 20: the time for a row was used up; no tip then"});
   std::vector<Ratios> ratios;
   for (const double youngs_modulus : {kSoft, kStiff}) {
     for (const BeamSize& size : settings.sizes) {

@@ -1,4 +1,3 @@
-#include "peers.h"
 #include "tables.h"
 #include "tetraction/fem/sparsity_pattern.h"
 #include "timing.h"
@@ -27,9 +26,8 @@ void stiffness_table(const Settings& settings, Report& report) {
                 {"stiffness", 9},
                 {"both", 7},
                 {"stiffness/force", 15},
-                {"speed-up", 8},
-                {"peers both", 12}},
-               {"stiffness: element matrices, added to a matrix compressed by columns", kPeerNote});
+                {"speed-up", 8}},
+               {"stiffness: element matrices, added to a matrix compressed by columns"});
   for (const BeamSize& size : settings.sizes) {
     use_threads(settings.threads.front());
     const auto beam = make_beam(size.mesh());
@@ -49,8 +47,7 @@ void stiffness_table(const Settings& settings, Report& report) {
       });
       if (first == 0.0) first = stiffness;
       report.row({size.name, size.tetrahedra(), Index{threads}, Index{settings.repetitions()},
-                  force, stiffness, force + stiffness, stiffness / force, first / stiffness,
-                  threads == 1 ? kPeersStiffness : ""});
+                  force, stiffness, force + stiffness, stiffness / force, first / stiffness});
     }
   }
 }

@@ -1,4 +1,5 @@
 #include "tetraction/dynamics/mechanical_system.h"
+#include "tetraction/dynamics/contact/contact.h"
 
 #include <fmt/format.h>
 
@@ -156,7 +157,8 @@ void MechanicalSystem::add_force_term(std::shared_ptr<const ForceTerm> term) {
     throw InputError("The force term \"" + name +
                      "\" needs a name of lower-case letters, digits and underscores.");
   }
-  const bool taken = name == "kinetic" || name == "elastic" || name == "total" || name == "contact" ||
+  const bool taken = name == "kinetic" || name == "elastic" || name == "total" ||
+                     name == "contact" ||
                      std::any_of(terms_.begin(), terms_.end(),
                                  [&](const ForceTerm* other) { return other->name() == name; });
   if (taken) throw InputError("The name \"" + name + "\" of a force term is in use already.");

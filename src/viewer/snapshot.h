@@ -2,10 +2,12 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
 
 #include "tetraction/core/types.h"
+#include "tetraction/io/obstacle_surface.h"
 #include "tetraction/simulation/session.h"
 #include "viewer/color_field.h"
 
@@ -60,16 +62,18 @@ struct Snapshot {
   double time = 0.0;             ///< s
   Index step = 0;
   RunStatus status = RunStatus::kRunning;
-  bool running = false;             ///< whether the solver makes steps
-  bool earlier = false;             ///< whether it is a kept state, from which the run can go on
-  double newest = 0.0;              ///< the time that the run has reached, s
-  std::string message;              ///< of a run that ended; otherwise empty
-  Index failed_element = -1;        ///< that a failure is about, or −1
-  Vector position;                  ///< 3 per vertex, m
-  Vector velocity, momentum;        ///< m/s, kg m/s
-  Vector external_force;            ///< of all loads, N
-  Vector user_force;                ///< of the forces that the user has added, N
-  Vector reaction_force;            ///< N
+  bool running = false;       ///< whether the solver makes steps
+  bool earlier = false;       ///< whether it is a kept state, from which the run can go on
+  double newest = 0.0;        ///< the time that the run has reached, s
+  std::string message;        ///< of a run that ended; otherwise empty
+  Index failed_element = -1;  ///< that a failure is about, or −1
+  Vector position;            ///< 3 per vertex, m
+  Vector velocity, momentum;  ///< m/s, kg m/s
+  Vector external_force;      ///< of all loads, N
+  Vector user_force;          ///< of the forces that the user has added, N
+  Vector reaction_force;      ///< N
+  Vector contact_force;       ///< of obstacles, without friction, N; empty without obstacles
+  std::shared_ptr<const ObstacleSurface> obstacles;  ///< null without obstacles
   std::vector<std::uint8_t> fixed;  ///< per vertex: 1 if a [[fix]] or the mouse prescribes it
   ColorField field;
   bool field_on_cells = false;

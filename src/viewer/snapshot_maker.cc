@@ -15,6 +15,15 @@ std::vector<std::uint8_t> prescribed_vertices(const Session& session) {
 
 namespace {
 
+void add_obstacles(const Session& session, const State& state, Snapshot& snapshot) {
+  const MechanicalSystem& system = session.system();
+  const Contact* contact = system.contact();
+  if (contact == nullptr) return;
+  snapshot.obstacles = obstacle_surface(
+      *contact, body_place(system.mesh().rest_positions(), state.position), state.time);
+  snapshot.contact_force = values_of(session, *find_quantity("contact_force"), state).reshaped();
+}
+
 Snapshot snapshot_at(const Session& session, ColorField field, const State& state) {
   Snapshot snapshot;
   snapshot.time = state.time;
@@ -29,6 +38,7 @@ Snapshot snapshot_at(const Session& session, ColorField field, const State& stat
   snapshot.position = state.position;
   snapshot.velocity = state.velocity;
   snapshot.momentum = state.momentum;
+  add_obstacles(session, state, snapshot);
   snapshot.field = field;
   if (field == nullptr) return snapshot;
   const Quantity& drawn = drawn_quantity(*field, session.system().mesh().is_quadratic());

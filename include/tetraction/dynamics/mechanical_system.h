@@ -7,7 +7,6 @@
 
 #include "tetraction/dynamics/body.h"
 #include "tetraction/dynamics/constraints/constraints.h"
-#include "tetraction/dynamics/contact/contact.h"
 #include "tetraction/dynamics/terms/damping.h"
 #include "tetraction/dynamics/terms/environment.h"
 #include "tetraction/dynamics/terms/external_forces.h"
@@ -18,6 +17,8 @@
 #include "tetraction/fem/viscous_potential.h"
 
 namespace tetraction {
+
+class Contact;
 
 /// A body with its constraints, damping and loads.
 ///
@@ -110,10 +111,6 @@ class MechanicalSystem : public Body {
   }
   /// Whether a load depends on positions.
   bool has_load_of_position() const;
-  /// Whether forces that have no potential depend on where a step ends: such loads, and friction.
-  bool has_following_forces() const {
-    return has_load_of_position() || (contact_ != nullptr && contact_->has_friction());
-  }
   /// force −= ∂D/∂v of all terms at velocities v (3 per vertex, N). Viscosity is not included.
   void add_damping_force(const Vector& q, double time, const Vector& v, Vector& force) const;
   /// Whether a term or viscosity dissipates energy of a moving body.

@@ -11,6 +11,8 @@
 
 namespace tetraction {
 
+struct ObstacleSurface;
+
 /// One array of a frame: components × vertices, or components × tetrahedra.
 /// Components of a symmetric tensor come in ParaView's order XX YY ZZ XY YZ XZ.
 struct FrameField {
@@ -25,6 +27,7 @@ struct Frame {
   Index step = 0;
   std::vector<FrameField> point_fields;
   std::vector<FrameField> cell_fields;
+  std::shared_ptr<const ObstacleSurface> obstacles{};  ///< that are drawn with it; may be null
 };
 
 /// How the arrays of frames are stored.
@@ -36,6 +39,9 @@ struct FrameFormat {
 /// Writes `frames/frame_NNNNNN.vtu` (NNNNNN: the step) below a directory. `frames.pvd` beside that
 /// folder is valid after every frame: it is written again and renamed into place.
 ///
+/// The obstacles of a frame are another part of the collection at its time, frames/obstacles_NNNNNN.vtu. A frame whose
+/// obstacles are as those of the frame before has the same file.
+///
 /// If the body is in parts (TetMesh::part), each process has a writer, all functions are collective, and a frame is one
 /// piece of each process, frames/frame_NNNNNN_PPPP.vtu (PPPP: the process), and the file frame_NNNNNN.pvtu that names
 /// the pieces. A vertex that several processes share is a point of each of their pieces; no tetrahedron is in two.
@@ -45,8 +51,8 @@ class FrameWriter {
   /// Copies the arrays of the mesh that it needs, but refers to those of a part, which must stay as they are. Throws
   /// OutputError if the directory cannot be prepared.
   FrameWriter(const TetMesh& mesh, const std::string& directory, FrameFormat format = {});
-  /// Goes on after frames that are there: the lines `kept_entries` of the collection, whose frames are
-  /// the files `kept_names` in the folder `frames`, of `kept_sizes` bytes; only process 0 reads these. Removes all
+  /// Goes on after frames that are there: the lines `kept_entries` of the collection, whose frames and obstacles
+  /// are the files `kept_names` in the folder `frames`, the frames of `kept_sizes` bytes; only process 0 reads these. Removes all
   /// others. Throws OutputError.
   FrameWriter(const TetMesh& mesh, const std::string& directory, FrameFormat format,
               std::string kept_entries, const std::vector<std::string>& kept_names,

@@ -13,6 +13,7 @@
 #include "recorded_session.h"
 #include "simulation/stepping/adaptations.h"
 #include "tetraction/dynamics/body_sums.h"
+#include "tetraction/dynamics/contact/contact.h"
 
 namespace tetraction {
 namespace {
@@ -61,6 +62,9 @@ void print_outcome(const Session& session, const std::string& directory) {
       e.kinetic(), e.elastic(), e.environment(), e.total(), balance.max_relative_energy_drift());
   print_result("work [J]: user forces {:.6g}, dissipated {:.6g}, constraints {:.6g}",
                balance.external_work(), balance.dissipated_energy(), balance.constraint_work());
+  if (session.system().contact() != nullptr) {
+    print_result(", friction {:.6g}", balance.friction_dissipation());
+  }
   if (session.edits().empty()) {
     write_result("\n");
   } else {

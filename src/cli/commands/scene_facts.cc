@@ -7,6 +7,7 @@
 
 #include "cli/console.h"
 #include "core/quoting.h"
+#include "tetraction/dynamics/contact/contact.h"
 
 namespace tetraction {
 namespace {
@@ -350,6 +351,24 @@ void print_inertia(const SceneFacts& facts) {
   }
 }
 
+namespace {
+
+void print_obstacles(const MechanicalSystem& system) {
+  const Contact* contact = system.contact();
+  if (contact == nullptr) return;
+  print_result("obstacles:\n");
+  for (std::size_t i = 0; i < contact->size(); ++i) {
+    const Obstacle& obstacle = contact->obstacle(i);
+    print_result(
+        "  {}: thickness {:.4g} m, stiffness {:.4g} Pa, friction {:.4g}{}; {} may touch it\n",
+        obstacle.name, obstacle.thickness, obstacle.stiffness, obstacle.friction,
+        obstacle.motion.at_rest() ? "" : ", moves",
+        triangles_text(static_cast<Index>(obstacle.surface.size())));
+  }
+}
+
+}  // namespace
+
 void print_loads_and_supports(const SceneFacts& facts, const Scene& scene,
                               const MechanicalSystem& system) {
   const bool any = !facts.loads.empty() || facts.environment || facts.pull;
@@ -364,6 +383,7 @@ void print_loads_and_supports(const SceneFacts& facts, const Scene& scene,
   if (facts.pull) print_result("  pull: {}\n", force_text(*facts.pull));
   print_result("supports{}\n", facts.supports.empty() ? ": none" : ":");
   for (const SupportFacts& support : facts.supports) write_result(line_of(support) + "\n");
+  print_obstacles(system);
   if (facts.motions.parts > 1) {
     print_result("  the body consists of {} parts that do not touch each other\n",
                  facts.motions.parts);

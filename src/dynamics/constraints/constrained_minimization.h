@@ -54,7 +54,7 @@ class ConstrainedMinimization {
   void set_constraint_force(const Vector& force) { constraint_force_ = force; }
   /// Whether the solutions are those with the loads at their positions.
   bool follows_loads() const {
-    return root_finder_ && !minimizes_ && system_.has_following_forces();
+    return root_finder_ && !minimizes_ && problem_.has_following_forces();
   }
   /// Lets it minimise with constant loads although there is a root finder, or not any more.
   void set_minimizes(bool minimizes) { minimizes_ = minimizes; }

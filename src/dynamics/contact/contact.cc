@@ -2,14 +2,15 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <Eigen/Geometry>
 #include <limits>
 #include <utility>
 
 #include "contact_surface.h"
 #include "contact_unit.h"
+#include "mesh_contact.h"
 #include "smooth_contact.h"
 #include "tetraction/core/error.h"
 
@@ -69,8 +70,13 @@ Contact::Contact(const TetMesh& mesh, std::vector<Obstacle> obstacles) {
     check_obstacle(obstacle);
     Unit unit;
     unit.surface = contact_surface(mesh, obstacle);
-    unit.law = std::make_unique<SmoothContact>(
-        obstacle.shape, Barrier{obstacle.thickness, obstacle.stiffness}, unit.surface.areas);
+    const Barrier barrier{obstacle.thickness, obstacle.stiffness};
+    if (const auto* surface = std::get_if<MeshShape>(&obstacle.shape)) {
+      unit.law = std::make_unique<MeshContact>(TriangleMesh(surface->points, surface->triangles),
+                                               unit.surface, barrier);
+    } else {
+      unit.law = std::make_unique<SmoothContact>(obstacle.shape, barrier, unit.surface.areas);
+    }
     unit.obstacle = std::move(obstacle);
     units_.push_back(std::move(unit));
   }
@@ -347,15 +353,31 @@ std::vector<Contact::Penetration> Contact::penetrations(const ForcePoint& at) co
   return found;
 }
 
-Vector Contact::impact_stiffness(double impedance, double speed, Index vertex_count) const {
-  Vector stiffness = Vector::Zero(vertex_count);
+double Contact::impact_limit(const ForcePoint& at, const Vector& v, double impedance,
+                             double critical_step) const {
+  double limit = critical_step;
   Vector bound;
   for (const Unit& unit : units_) {
+    const ObstacleMotion& motion = unit.obstacle.motion;
+    const double factor = motion.history.value(at.time);
+    double speed = 0.0;
+    for (const Index i : unit.surface.vertices) {
+      const Vector3 arm = vertex_block(at.position, i) - motion.about;
+      const Vector3 own = factor * (motion.velocity + motion.angular_velocity.cross(arm));
+      speed = std::max(speed, (vertex_block(v, i) - own).norm());
+    }
+    if (!(speed > 0.0)) continue;
     unit.law->stiffness_under_pressure(impedance * speed, bound);
+    double largest = 0.0;  // ω²
     Index i = 0;
-    for (const Index v : unit.surface.vertices) stiffness[v] += bound[i++];
+    for (const Index vertex : unit.surface.vertices) {
+      largest = std::max(largest, bound[i++] / at.mass[vertex]);
+    }
+    limit =
+        std::min(limit, 1.0 / std::sqrt(1.0 / (critical_step * critical_step) + 0.25 * largest));
+    limit = std::min(limit, unit.obstacle.thickness / (2.0 * speed));
   }
-  return stiffness;
+  return limit;
 }
 
 }  // namespace tetraction

@@ -15,14 +15,14 @@ namespace {
 
 // The share of the area of a quadratic face that its corners have. It keeps them out of the obstacle; with a uniform
 // pressure they should have none.
-constexpr double kCornerShare = 0.02;
+constexpr double kCornerShare = 1e-3;
 
 }  // namespace
 
 ContactSurface contact_surface(const TetMesh& mesh, const Obstacle& obstacle) {
   if (obstacle.surface.empty()) {
-    throw InputError(fmt::format(
-        "No face of the body's boundary may touch the obstacle \"{}\".", obstacle.name));
+    throw InputError(fmt::format("No face of the body's boundary may touch the obstacle \"{}\".",
+                                 obstacle.name));
   }
   const EdgeVertices middles(mesh);
   const Vector rest = mesh.rest_positions();
@@ -30,9 +30,10 @@ ContactSurface contact_surface(const TetMesh& mesh, const Obstacle& obstacle) {
   for (const std::array<Index, 3>& face : obstacle.surface) {
     for (const Index v : face) {
       if (v >= 0 && v < mesh.vertex_count()) continue;
-      throw InputError(fmt::format(
-          "The surface that touches the obstacle \"{}\" has vertex {}, which the mesh does not have.",
-          obstacle.name, v));
+      throw InputError(
+          fmt::format("The surface that touches the obstacle \"{}\" has vertex {}, which the mesh "
+                      "does not have.",
+                      obstacle.name, v));
     }
     const Vector3 a = vertex_block(rest, face[0]);
     const Vector3 b = vertex_block(rest, face[1]);

@@ -1,9 +1,11 @@
 #include "explicit_friction.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <utility>
 
 #include "contact_unit.h"
+#include "dynamics/steppers/common_outcome.h"
 
 namespace tetraction {
 namespace {
@@ -73,12 +75,84 @@ FrictionPower ExplicitFriction::energy(const MechanicalSystem& system, const Vec
                                        const Vector& after) const {
   FrictionPower sum;
   for (const Impulse& each : impulses_) {
-    const Vector3 mean = 0.5 * (velocity_at(each.place, system, before) +
-                                velocity_at(each.place, system, after));
+    const Vector3 mean =
+        0.5 * (velocity_at(each.place, system, before) + velocity_at(each.place, system, after));
     sum.dissipated -= each.impulse.dot(mean - each.drift);
     sum.of_obstacles += each.impulse.dot(each.drift);
   }
   return sum;
+}
+
+bool ExplicitContact::has_friction() const {
+  return system_.contact() != nullptr && system_.contact()->has_friction();
+}
+
+void ExplicitContact::rub(const Vector& q, double time, double dt, const TimeSpan& span,
+                          Vector& momentum, StepOutcome& outcome) {
+  if (!has_friction()) return;
+  friction_.apply(system_, q, time, span, dt, momentum);
+  outcome.obstacle_impulses.resize(system_.contact()->size());
+  ImpulseSums sums(outcome);
+  friction_.for_each_impulse([&](std::size_t k, Index v, const Vector3& impulse) {
+    const Vector3 moment = vertex_block(q, v).cross(impulse);
+    outcome.obstacle_impulses[k].force += impulse;
+    outcome.obstacle_impulses[k].moment += moment;
+    sums.add(impulse, moment);
+  });
+  sums.enter(outcome);
+}
+
+void ExplicitContact::rub_and_drift(const State& from, State& to, double dt, const TimeSpan& span,
+                                    StepOutcome& outcome) {
+  if (!has_friction()) return;
+  rub(from.position, from.time, dt, span, to.momentum, outcome);
+  for (const Index v : friction_.vertices()) {
+    vertex_block(to.velocity, v) = system_.inverse_mass()[v] * vertex_block(to.momentum, v);
+    vertex_block(to.position, v) =
+        vertex_block(from.position, v) + span.length() * vertex_block(to.velocity, v);
+  }
+}
+
+void ExplicitContact::enter_heat(const Vector& before, const Vector& after,
+                                 StepOutcome& outcome) const {
+  const FrictionPower energy = friction_.energy(system_, before, after);
+  outcome.friction_dissipation += energy.dissipated;
+  outcome.constraint_work += energy.of_obstacles;
+}
+
+void ExplicitContact::enter(const State& from, const State& to, double dt, bool twice,
+                            StepOutcome& outcome) {
+  const Contact* contact = system_.contact();
+  if (contact == nullptr) return;
+  outcome.step_size = to.time - from.time;
+  const auto add = [&](const State& state) {
+    const std::vector<ObstacleForce> forces =
+        contact->forces(system_.force_point(state.position, state.time));
+    outcome.obstacle_impulses.resize(forces.size());
+    for (std::size_t i = 0; i < forces.size(); ++i) {
+      outcome.obstacle_impulses[i].force += dt * forces[i].force;
+      outcome.obstacle_impulses[i].moment += dt * forces[i].moment;
+    }
+  };
+  add(from);
+  if (twice) add(to);
+  if (!has_friction()) return;
+  enter_heat(from.momentum, to.momentum, outcome);
+  if (twice) middle_momentum_ = to.momentum;
+}
+
+void ExplicitContact::finish(const State& to, bool twice, StepOutcome& outcome) const {
+  if (!has_friction()) return;
+  if (twice) enter_heat(middle_momentum_, to.momentum, outcome);
+  outcome.friction_dissipation = std::max(0.0, outcome.friction_dissipation);
+}
+
+bool ExplicitContact::is_crossing(const State& from, const State& to, Index& vertex) const {
+  const Contact* contact = system_.contact();
+  if (contact == nullptr) return false;
+  vertex = contact->crossing_vertex(system_.force_point(from.position, from.time),
+                                    system_.force_point(to.position, to.time));
+  return vertex >= 0;
 }
 
 }  // namespace tetraction

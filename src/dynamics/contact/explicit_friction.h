@@ -5,6 +5,7 @@
 
 #include "friction_step.h"
 #include "tetraction/dynamics/mechanical_system.h"
+#include "tetraction/dynamics/steppers/stepper.h"
 
 namespace tetraction {
 
@@ -44,6 +45,36 @@ class ExplicitFriction {
 
   std::vector<Impulse> impulses_;
   std::vector<Index> vertices_;
+};
+
+/// What obstacles do in an explicit step besides the forces of their potential: friction, its heat, the impulses of
+/// each obstacle, and whether the step jumped over one. All functions do nothing where there are no obstacles.
+class ExplicitContact {
+ public:
+  /// Keeps a reference to `system`, which must live longer.
+  explicit ExplicitContact(const MechanicalSystem& system) : system_(system) {}
+
+  /// Friction after a kick of the length dt at positions q, in the step `span`.
+  void rub(const Vector& q, double time, double dt, const TimeSpan& span, Vector& momentum,
+           StepOutcome& outcome);
+  /// The same after the first kick, with the drift to the end of the step.
+  void rub_and_drift(const State& from, State& to, double dt, const TimeSpan& span,
+                     StepOutcome& outcome);
+  /// Enters the impulses of obstacles and the heat of the first friction. The momenta of `to` are those of the
+  /// drift. With `twice` there is a second kick at the end.
+  void enter(const State& from, const State& to, double dt, bool twice, StepOutcome& outcome);
+  /// Enters the heat of the second friction, if there is one. The momenta of `to` are final.
+  void finish(const State& to, bool twice, StepOutcome& outcome) const;
+  /// Whether a vertex jumped over an obstacle.
+  bool is_crossing(const State& from, const State& to, Index& vertex) const;
+
+ private:
+  bool has_friction() const;
+  void enter_heat(const Vector& before, const Vector& after, StepOutcome& outcome) const;
+
+  const MechanicalSystem& system_;
+  ExplicitFriction friction_;
+  Vector middle_momentum_;  // in the middle of a step with two kicks
 };
 
 }  // namespace tetraction

@@ -57,8 +57,8 @@ void FrictionStep::take(const Vector& mass, const Vector& end_position) {
         const Index own = place.vertices.at(n);
         const Index v = unit.surface.vertices[static_cast<std::size_t>(own)];
         point.place.vertices.at(n) = v;
-        point.shift += place.weights.at(n) * (frames_[k].to_local(vertex_block(*start_, v)) -
-                                              vertex_block(start, own));
+        point.shift += place.weights.at(n) *
+                       (frames_[k].to_local(vertex_block(*start_, v)) - vertex_block(start, own));
       }
       points_.push_back(point);
     }
@@ -83,8 +83,8 @@ double FrictionStep::factor(const Point& point, double speed) const {
 double FrictionStep::potential(const Vector& v) const {
   double sum = 0.0;
   for (const Point& point : points_) {
-    sum += point.limit * smooth_distance(slip(point, v).norm(),
-                                         contact_->obstacle(point.obstacle).slip_speed);
+    sum += point.limit *
+           smooth_distance(slip(point, v).norm(), contact_->obstacle(point.obstacle).slip_speed);
   }
   return sum;
 }
@@ -131,8 +131,7 @@ void FrictionStep::add_force_stiffness(const Vector& v, double rate,
     const double mu = contact_->obstacle(point.obstacle).friction;
     const Vector3 direction = rotation(point) * (factor(point, u.norm()) * u);
     const Vector3 normal = rotation(point) * point.place.normal;
-    const Matrix3 block =
-        -(rate * mu * point.place.stiffness) * direction * normal.transpose();
+    const Matrix3 block = -(rate * mu * point.place.stiffness) * direction * normal.transpose();
     for (int i = 0; i < point.place.count; ++i) {
       for (int j = 0; j < point.place.count; ++j) {
         const auto a = static_cast<std::size_t>(i);

@@ -58,8 +58,9 @@ class FrictionStep {
  private:
   struct Point {
     std::size_t obstacle = 0;
-    ContactPoint place;  // vertices are those of the mesh; the normal is in the frame of the obstacle
-    double limit = 0.0;  // μ λ
+    ContactPoint
+        place;  // vertices are those of the mesh; the normal is in the frame of the obstacle
+    double limit = 0.0;               // μ λ
     Vector3 shift = Vector3::Zero();  // of the slip at v = 0, m
   };
   // u and the factor f₁(|u|)/|u| of the force −μ λ f₁(|u|)/|u| u.

@@ -15,8 +15,8 @@ struct ContactSurface {
   std::vector<Index> vertices;                  ///< their numbers in the mesh, ascending
   std::vector<std::array<Index, 3>> triangles;  ///< outward, numbers of this surface
   std::vector<std::array<Index, 2>> edges;      ///< of the triangles, each once, lower number first
-  std::vector<double> areas;                    ///< of each vertex: its share of the rest areas, m²
-  Vector rest;                                  ///< rest positions, 3 per vertex, m
+  std::vector<double> areas;  ///< of each vertex: its share of the rest areas, m²
+  Vector rest;                ///< rest positions, 3 per vertex, m
 };
 
 /// A sum of symmetric 3 × 3 blocks over the vertices of a surface.
@@ -31,12 +31,12 @@ class SurfaceBlocks {
 
 /// A place where the surface touches the obstacle: the point Σ w_i x_i of up to three vertices.
 struct ContactPoint {
-  int count = 0;                          ///< number of vertices
-  std::array<Index, 3> vertices{};        ///< numbers of the surface
-  std::array<double, 3> weights{};        ///< w_i; their sum is 1
-  Vector3 normal = Vector3::UnitX();      ///< of the obstacle, towards the body; length 1
-  double force = 0.0;                     ///< λ ≥ 0 along the normal, N
-  double stiffness = 0.0;                 ///< −∂λ/∂d ≥ 0 with the distance d, N/m
+  int count = 0;                      ///< number of vertices
+  std::array<Index, 3> vertices{};    ///< numbers of the surface
+  std::array<double, 3> weights{};    ///< w_i; their sum is 1
+  Vector3 normal = Vector3::UnitX();  ///< of the obstacle, towards the body; length 1
+  double force = 0.0;                 ///< λ ≥ 0 along the normal, N
+  double stiffness = 0.0;             ///< −∂λ/∂d ≥ 0 with the distance d, N/m
 };
 
 /// Contact of a surface with a rigid obstacle at rest. Positions have 3 numbers for each vertex of the

@@ -19,6 +19,18 @@ Matrix3 rotation_by(const ObstacleMotion& motion, double path) {
 
 }  // namespace
 
+MeshShape box_surface(const Vector3& min, const Vector3& max) {
+  MeshShape box;
+  for (int i = 0; i < 8; ++i) {
+    box.points.emplace_back((i & 1) != 0 ? max.x() : min.x(), (i & 2) != 0 ? max.y() : min.y(),
+                            (i & 4) != 0 ? max.z() : min.z());
+  }
+  // Two triangles of each side, outward.
+  box.triangles = {{0, 2, 3}, {0, 3, 1}, {4, 5, 7}, {4, 7, 6}, {0, 1, 5}, {0, 5, 4},
+                   {2, 6, 7}, {2, 7, 3}, {0, 4, 6}, {0, 6, 2}, {1, 3, 7}, {1, 7, 5}};
+  return box;
+}
+
 ObstacleFrame frame_at(const ObstacleMotion& motion, double time, double load_factor) {
   ObstacleFrame frame;
   frame.shift = load_factor * motion.offset;

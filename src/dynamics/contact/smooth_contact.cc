@@ -16,7 +16,7 @@ constexpr Index kGrain = 512;
 SmoothWall SmoothWall::plane(const Vector3& point, const Vector3& normal) {
   SmoothWall wall;
   wall.center_ = point;
-  wall.normal_ = normal.normalized();
+  wall.normal_ = normal.stableNormalized();
   return wall;
 }
 
@@ -32,7 +32,7 @@ SmoothWall SmoothWall::sphere(const Vector3& center, double radius, bool inside)
 SmoothWall SmoothWall::cylinder(const Vector3& point, const Vector3& axis, double radius,
                                 bool inside) {
   SmoothWall wall = sphere(point, radius, inside);
-  const Vector3 unit = axis.normalized();
+  const Vector3 unit = axis.stableNormalized();
   wall.projection_ -= unit * unit.transpose();
   return wall;
 }
@@ -100,8 +100,8 @@ SmoothContact::SmoothContact(const ObstacleShape& shape, const Barrier& barrier,
   } else if (const auto* sphere = std::get_if<SphereShape>(&shape)) {
     walls_.push_back(SmoothWall::sphere(sphere->center, sphere->radius, sphere->inside));
   } else if (const auto* cylinder = std::get_if<CylinderShape>(&shape)) {
-    walls_.push_back(SmoothWall::cylinder(cylinder->point, cylinder->axis, cylinder->radius,
-                                          cylinder->inside));
+    walls_.push_back(
+        SmoothWall::cylinder(cylinder->point, cylinder->axis, cylinder->radius, cylinder->inside));
   } else if (const auto* room = std::get_if<RoomShape>(&shape)) {
     for (Index axis = 0; axis < 3; ++axis) {
       walls_.push_back(SmoothWall::plane(room->min, Vector3::Unit(axis)));

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "dynamics/constraints/constraint_potential.h"
+#include "tetraction/dynamics/contact/contact.h"
 #include "tetraction/dynamics/problems/potential_problem.h"
 
 namespace tetraction {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "tetraction/dynamics/contact/contact.h"
 #include "tetraction/dynamics/nodal_volume/nodal_volume.h"
 #include "tetraction/fem/step_length.h"
 
@@ -98,7 +99,7 @@ EvaluationStatus DiscreteGradientStep::conserving_residual(const Vector& u,
   if (const Contact* contact = system_.contact(); contact != nullptr) {
     contact->add_discrete_gradient(start_point(), end_point(end_), residual);
   }
-  if (system_.has_following_forces()) add_load_deviation(u, residual);
+  if (has_following_forces()) add_load_deviation(u, residual);
   return {};
 }
 
@@ -157,7 +158,7 @@ void DiscreteGradientStep::linearize(const Vector& u) {
   at_end_ = forces_ == StepForces::kDiscrete && is_far_from_middle();
   set_rate_estimate(u);
   take_friction(u);
-  const bool with_loads = system_.has_following_forces();
+  const bool with_loads = has_following_forces();
   set_with_load_stiffness(false);
   StepProblem::term_hessian(u, HessianForm::kExact, terms_);
   add_contact_hessian(u, HessianForm::kExact, false, terms_);
@@ -185,7 +186,7 @@ bool DiscreteGradientStep::is_far_from_middle() const {
 void DiscreteGradientStep::multiply(const Vector& d, Vector& product) const {
   product = coefficient().cwiseProduct(d);
   terms_.add_product(d, product);
-  if (system_.has_following_forces()) load_stiffness_.add_product(d, product);
+  if (has_following_forces()) load_stiffness_.add_product(d, product);
   if (forces_ == StepForces::kMiddleButContact) {
     shift_ = origin() + point_;
     system_.elastic().product(shift_, d, full_);

@@ -1,4 +1,5 @@
 #include "tetraction/dynamics/problems/potential_problem.h"
+#include "tetraction/dynamics/contact/contact.h"
 
 #include <algorithm>
 #include <array>
@@ -76,17 +77,6 @@ void PotentialProblem::gather_dissipations() {
   }
 }
 
-void PotentialProblem::begin_friction(double begin, double end, bool has_mean_forces) {
-  const Contact* contact = system_.contact();
-  if (contact == nullptr || !contact->has_friction()) return;
-  friction_->begin(*contact, previous_, begin, end,
-                   has_mean_forces ? NormalForces::kMean : NormalForces::kEnd);
-}
-
-bool PotentialProblem::has_friction() const {
-  return friction_->exists();
-}
-
 // k += factor times the diagonal of blocks_.
 void PotentialProblem::add_diagonal(double factor) {
   for (Index v = 0; v < system_.vertex_count(); ++v) {
@@ -121,55 +111,6 @@ void PotentialProblem::set_constraint_potential(ConstraintPotential* potential) 
 
 double PotentialProblem::length_scale() const {
   return std::cbrt(volume_);
-}
-
-// Loads belong to the start of a step, as in MechanicalSystem::external_force().
-ForcePoint PotentialProblem::load_point(const Vector& x) const {
-  return system_.force_point(x, span_ ? span_->begin : time_, span_);
-}
-
-void PotentialProblem::add_load_deviation(const Vector& u, Vector& residual) const {
-  at_ = origin_ + u;
-  system_.external_force(load_point(at_), full_);
-  if (full_.size() > 0) residual += load_weight_ * (constant_loads_ - full_);
-  if (!has_friction()) return;
-  // The friction of the present normal forces in place of those that were known.
-  velocity_ = ((origin_ - previous_) + u) / step_;
-  full_.setZero(system_.dof_count());
-  friction_->add_gradient(velocity_, full_);
-  residual -= full_;
-  FrictionStep present = *friction_;
-  present.take(system_.mass(), end_positions(u));
-  present.add_gradient(velocity_, residual);
-}
-
-void PotentialProblem::load_stiffness(const Vector& u, LoadStiffness& stiffness) const {
-  stiffness = LoadStiffness(load_weight_);
-  at_ = origin_ + u;
-  for (const ForceTerm* term : system_.force_terms()) {
-    if (!term->has_load() || !term->load_depends_on_position()) continue;
-    term->add_load_stiffness(load_point(at_), stiffness);
-  }
-  if (!has_friction()) return;
-  velocity_ = ((origin_ - previous_) + u) / step_;
-  FrictionStep present = *friction_;
-  present.take(system_.mass(), end_positions(u));
-  present.add_force_stiffness(velocity_, rate_of_end(), stiffness);
-}
-
-void PotentialProblem::take_loads(const Vector& u) {
-  at_ = origin_ + u;
-  system_.external_force(load_point(at_), full_);
-  if (full_.size() > 0) {
-    load_ += load_weight_ * (full_ - constant_loads_);
-    constant_loads_ = full_;
-  }
-  take_friction(u);
-  make_remainder();
-}
-
-void PotentialProblem::take_friction(const Vector& u) {
-  if (has_friction()) friction_->take(system_.mass(), end_positions(u));
 }
 
 void PotentialProblem::set_origin(const Vector& positions) {
@@ -477,10 +418,10 @@ double PotentialProblem::round_off(const Vector& u) const {
     return 0.5 * std::numeric_limits<double>::epsilon() *
            (std::sqrt(own[2]) + load_norm_ + std::sqrt(own[0]) * largest(u) + std::sqrt(own[1]));
   }
-  double round_off = 0.5 * std::numeric_limits<double>::epsilon() *
-                     (coefficient_.cwiseProduct(u).norm() + load_norm_ +
-                      std::sqrt(sums.squared) * u.cwiseAbs().maxCoeff() +
-                      std::sqrt(sums.with_edges));
+  double round_off =
+      0.5 * std::numeric_limits<double>::epsilon() *
+      (coefficient_.cwiseProduct(u).norm() + load_norm_ +
+       std::sqrt(sums.squared) * u.cwiseAbs().maxCoeff() + std::sqrt(sums.with_edges));
   if (contact_ != nullptr) {
     const Vector x = origin_ + u;
     if (contact_->undefined_vertex(point(x)) < 0) round_off += contact_->round_off(point(x));

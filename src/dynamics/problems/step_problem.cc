@@ -1,4 +1,5 @@
 #include "tetraction/dynamics/problems/step_problem.h"
+#include "tetraction/dynamics/contact/contact.h"
 
 #include <algorithm>
 #include <cmath>

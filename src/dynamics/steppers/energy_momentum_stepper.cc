@@ -16,6 +16,7 @@
 #include "implicit_stepper.h"
 #include "rotated_guess.h"
 #include "tetraction/dynamics/body_sums.h"
+#include "tetraction/dynamics/contact/contact.h"
 #include "tetraction/fem/step_length.h"
 
 namespace tetraction {
@@ -107,7 +108,8 @@ class EnergyMomentumStepper : public ImplicitStepper {
     outcome.message = std::string("the equations of the ") +
                       (step_.forces() == StepForces::kDiscrete ? "energy-momentum" : "midpoint") +
                       " step have no solution near any guess" +
-                      (message.empty() ? std::string() : ": " + message) + note_on_limit(from);
+                      (message.empty() ? std::string() : ": " + message) + note_on_limit(from) +
+                      note_on_layer();
     return false;
   }
 
@@ -185,7 +187,7 @@ class EnergyMomentumStepper : public ImplicitStepper {
 
   // Solves the equations with the forces of constraints that the problem has.
   bool solve(StepOutcome& outcome) {
-    step_.set_with_load_stiffness(system_.has_following_forces());
+    step_.set_with_load_stiffness(step_.has_following_forces());
     const MinimizerReport report = solve_to_round_off(step_, solve_.u(), outcome.minimizer, [&] {
       return finder_->find_root(equations_, solve_.u());
     });
@@ -194,9 +196,10 @@ class EnergyMomentumStepper : public ImplicitStepper {
       outcome.message = report.message;
       return false;
     }
-    const bool is_exact = step_.roughness() > 1.0 ||
-                          step_.forces() != StepForces::kDiscrete || polish(outcome);
-    if (system_.has_following_forces()) step_.take_loads(solve_.u());
+    const bool is_exact =
+        step_.roughness() > 1.0 ||
+        (step_.forces() == StepForces::kDiscrete ? polish(outcome) : is_exact_enough(outcome));
+    if (step_.has_following_forces()) step_.take_loads(solve_.u());
     return is_exact;
   }
 
@@ -237,15 +240,40 @@ class EnergyMomentumStepper : public ImplicitStepper {
     }
     // Near rest the energies themselves are so small that round-off is a share of them. Such a step is
     // as exact as it can be, and its residual is counted as limited by round-off.
-    if (share <= kLargestEnergyShare ||
-        is_round_off(step_, solve_.u(), outcome.minimizer.residual)) {
-      return true;
-    }
+    const bool is_as_exact_as_can_be =
+        system_.contact() == nullptr && is_round_off(step_, solve_.u(), outcome.minimizer.residual);
+    if (share <= kLargestEnergyShare || is_as_exact_as_can_be) return true;
+    return is_exact_enough(outcome);
+  }
+
+  // Where a body squeezes the layer of an obstacle to almost nothing, the layer is so stiff that round-off of
+  // positions means large forces. A step must not add energy because of that.
+  bool is_exact_enough(StepOutcome& outcome) {
+    constexpr double kLargestWithContact = 1e-6;
+    const double share = energy_share_of_residual();
+    if (system_.contact() != nullptr && share <= kLargestWithContact) return true;
     outcome.status = StepStatus::kNotConverged;
     outcome.message = fmt::format(
-        "the equations cannot be solved exactly enough: the step would add {:.1g} of its energy",
-        share);
+        "the equations cannot be solved exactly enough: the step would add {:.1g} of its energy{}",
+        share, note_on_layer());
     return false;
+  }
+
+  // A remark for messages where a body squeezes the layer of an obstacle.
+  std::string note_on_layer() {
+    constexpr double kThin = 1e-2;
+    const Contact* contact = system_.contact();
+    if (contact == nullptr) return {};
+    const double gap = contact->smallest_gap(system_.force_point(from_->position, from_->time));
+    for (std::size_t i = 0; i < contact->size(); ++i) {
+      if (!(gap < kThin * contact->obstacle(i).thickness)) continue;
+      return fmt::format(
+          "; the gap between body and obstacles is {:.1g} m: the layer of an obstacle is too weak "
+          "for "
+          "this impact, so raise obstacle.stiffness or obstacle.thickness",
+          gap);
+    }
+    return {};
   }
 
   // With p_{k+1} from the forces, the residual adds 2s (Mv − p_k)·M⁻¹r to the energy. The result is
@@ -294,7 +322,8 @@ class EnergyMomentumStepper : public ImplicitStepper {
     } else {
       const TimeSpan span{from.time, to.time};
       const ForcePoint middle = system_.force_point(x_, from.time + step_.step(), span);
-      constraining_ = gather_middle_forces(system_, middle, start, end, load_, outer_, spring_force_);
+      constraining_ =
+          gather_middle_forces(system_, middle, start, end, load_, outer_, spring_force_);
     }
     if (const Contact* contact = system_.contact(); contact != nullptr) {
       obstacle_forces_ = contact->mean_forces(start, end);

@@ -16,6 +16,7 @@
 #include "tetraction/core/parallel.h"
 #include "tetraction/dynamics/body_sums.h"
 #include "tetraction/dynamics/constraints/multipliers.h"
+#include "tetraction/dynamics/contact/contact.h"
 #include "tetraction/dynamics/steppers/stepper.h"
 
 namespace tetraction {
@@ -49,7 +50,8 @@ class ExplicitStepper : public Stepper {
   ExplicitStepper(const MechanicalSystem& system, int halves)
       : Stepper(system),
         halves_(halves),
-        constrained_(system.constraints().constrained_vertices()) {
+        constrained_(system.constraints().constrained_vertices()),
+        contact_(system) {
     if (system.part() != nullptr) shared_ = system.part()->shared_vertices;
   }
 
@@ -112,7 +114,7 @@ class ExplicitStepper : public Stepper {
     // A part whose step fails goes on to where the others expect something from it.
     const bool is_finite = move(first, h, from, to);
     if (!is_finite && system_.part() == nullptr) return overflowed(outcome);
-    rub_and_drift(from, to, kick_step, h, outcome);
+    contact_.rub_and_drift(from, to, kick_step, span_, outcome);
     if (!constrain_drift(from, to, h, outcome)) return outcome;
     force_.invalidate();
     const EvaluationStatus forces = force_.update(system_, to.position);
@@ -125,18 +127,19 @@ class ExplicitStepper : public Stepper {
     if (Index vertex = -1; terms_.potential) {
       const ForceTerm* term = system_.undefined_term(to.position, end_time, vertex);
       if (term != nullptr) return undefined(outcome, *term, vertex);
-      if (is_crossing(from, to, vertex)) return undefined(outcome, *system_.contact(), vertex);
+      if (contact_.is_crossing(from, to, vertex)) {
+        return undefined(outcome, *system_.contact(), vertex);
+      }
     }
-    enter_contact(from, to, kick_step, outcome);
+    contact_.enter(from, to, kick_step, halves_ == 2, outcome);
     if (halves_ == 2) {
       if (terms_.damping) predict_velocity(to, kick_step);
       const VertexKick second = kick(to.position, to.time, kick_step, outcome);
       if (!kick_all(second, to.momentum)) return overflowed(outcome);
-      rub(to.position, to.time, kick_step, to.momentum, outcome);
+      contact_.rub(to.position, to.time, kick_step, span_, to.momentum, outcome);
     }
     end_drift(to, h, outcome);
-    if (halves_ == 2) enter_heat(middle_momentum_, to.momentum, outcome);
-    outcome.friction_dissipation = std::max(0.0, outcome.friction_dissipation);
+    contact_.finish(to, halves_ == 2, outcome);
     if (terms_.damping) {
       if (halves_ == 2) {
         dissipated.energy += dissipated_by(kick_step, to.position, to.momentum, Place::kEnd).energy;
@@ -338,69 +341,6 @@ class ExplicitStepper : public Stepper {
     return true;
   }
 
-  bool has_friction() const {
-    return system_.contact() != nullptr && system_.contact()->has_friction();
-  }
-
-  // Friction after a kick at positions q.
-  void rub(const Vector& q, double time, double dt, Vector& momentum, StepOutcome& outcome) {
-    if (!has_friction()) return;
-    friction_.apply(system_, q, time, span_, dt, momentum);
-    outcome.obstacle_impulses.resize(system_.contact()->size());
-    ImpulseSums sums(outcome);
-    friction_.for_each_impulse([&](std::size_t k, Index v, const Vector3& impulse) {
-      const Vector3 moment = vertex_block(q, v).cross(impulse);
-      outcome.obstacle_impulses[k].force += impulse;
-      outcome.obstacle_impulses[k].moment += moment;
-      sums.add(impulse, moment);
-    });
-    sums.enter(outcome);
-  }
-
-  // The same after the first kick, with the drift of the vertices that it concerns.
-  void rub_and_drift(const State& from, State& to, double dt, double h, StepOutcome& outcome) {
-    if (!has_friction()) return;
-    rub(from.position, from.time, dt, to.momentum, outcome);
-    for (const Index v : friction_.vertices()) {
-      vertex_block(to.velocity, v) = system_.inverse_mass()[v] * vertex_block(to.momentum, v);
-      vertex_block(to.position, v) =
-          vertex_block(from.position, v) + h * vertex_block(to.velocity, v);
-    }
-  }
-
-  // The heat of the last rub() between two momenta.
-  void enter_heat(const Vector& before, const Vector& after, StepOutcome& outcome) const {
-    if (!has_friction()) return;
-    const FrictionPower energy = friction_.energy(system_, before, after);
-    outcome.friction_dissipation += energy.dissipated;
-    outcome.constraint_work += energy.of_obstacles;
-  }
-
-  // The impulses of obstacles, and the heat of the first friction. The momenta are those of the drift.
-  void enter_contact(const State& from, const State& to, double dt, StepOutcome& outcome) {
-    const Contact* contact = system_.contact();
-    if (contact == nullptr) return;
-    outcome.step_size = to.time - from.time;
-    add_obstacle_impulses(contact->forces(system_.force_point(from.position, from.time)), dt,
-                          outcome);
-    if (halves_ == 2) {
-      add_obstacle_impulses(contact->forces(system_.force_point(to.position, to.time)), dt,
-                            outcome);
-    }
-    if (!has_friction()) return;
-    enter_heat(from.momentum, to.momentum, outcome);
-    if (halves_ == 2) middle_momentum_ = to.momentum;
-  }
-
-  // Whether a vertex, or a face, jumped over an obstacle in this step.
-  bool is_crossing(const State& from, const State& to, Index& vertex) const {
-    const Contact* contact = system_.contact();
-    if (contact == nullptr) return false;
-    vertex = contact->crossing_vertex(system_.force_point(from.position, from.time),
-                                      system_.force_point(to.position, to.time));
-    return vertex >= 0;
-  }
-
   // Momenta that keep the constraints at the end of the step.
   void end_drift(State& to, double h, StepOutcome& outcome) {
     const Constraints& constraints = system_.constraints();
@@ -504,8 +444,7 @@ class ExplicitStepper : public Stepper {
   Vector spring_delay_;    // each times the time to the end of the step
   Matrix before_;          // momenta of the constrained vertices
   Vector multipliers_;
-  ExplicitFriction friction_;
-  Vector middle_momentum_;  // of verlet, in the middle of the step
+  ExplicitContact contact_;
 };
 
 }  // namespace

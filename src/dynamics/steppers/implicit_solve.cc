@@ -4,6 +4,7 @@
 
 #include "common_outcome.h"
 #include "implicit_stepper.h"
+#include "tetraction/dynamics/contact/contact.h"
 
 namespace tetraction {
 
@@ -42,7 +43,12 @@ bool ImplicitStepper::lead_along(const State& from, double end_time, StepOutcome
   constexpr double kLeastPart = 1.0 / 512;
   if (!moving_) {
     outcome.status = StepStatus::kNotConverged;
-    outcome.message = "the elastic energy is not defined at the start of the step";
+    const Contact* contact = system_.contact();
+    outcome.message = contact != nullptr && contact->moves()
+                          ? "an obstacle moves so far in this step that it would crush or invert "
+                            "elements: take a "
+                            "smaller step"
+                          : "the elastic energy is not defined at the start of the step";
     return false;
   }
   if (system_.part() != nullptr) {

@@ -8,6 +8,7 @@
 #include "dynamics/contact/friction_step.h"
 #include "dynamics/terms/term_forces.h"
 #include "tetraction/dynamics/body_sums.h"
+#include "tetraction/dynamics/contact/contact.h"
 
 namespace tetraction {
 
@@ -97,9 +98,6 @@ StepOutcome ImplicitStepper::advance_part(const State& from, State& to, double h
   return outcome;
 }
 
-// Loads that depend on positions are those of the solution. Without a root finder, and with the multipliers of
-// constraints, they are first others, and are replaced by those of the solution until both agree within
-// the tolerance.
 // The energy of friction, and the impulses of obstacles.
 void ImplicitStepper::enter_friction(double h, const State& to, StepOutcome& outcome) {
   if (system_.contact() == nullptr) return;
@@ -120,12 +118,14 @@ void ImplicitStepper::enter_friction(double h, const State& to, StepOutcome& out
 // outer_ += the forces of friction.
 void ImplicitStepper::add_friction(const State& to) {
   if (!problem_->has_friction()) return;
-  problem_->friction().for_each_force(to.velocity,
-                                      [&](std::size_t, Index v, const Vector3& force) {
-                                        vertex_block(outer_, v) += force;
-                                      });
+  problem_->friction().for_each_force(to.velocity, [&](std::size_t, Index v, const Vector3& force) {
+    vertex_block(outer_, v) += force;
+  });
 }
 
+// Loads that depend on positions are those of the solution. Without a root finder, and with the multipliers of
+// constraints, they are first others, and are replaced by those of the solution until both agree within
+// the tolerance.
 bool ImplicitStepper::converge_loads(const State& from, double h, double end_time,
                                      StepOutcome& outcome) {
   if (!system_.has_load_of_position()) return true;

@@ -76,7 +76,7 @@ class ImplicitStepper : public Stepper {
   Vector work_;
   Vector load_;  // empty: none
   Vector spring_force_;
-  bool constraining_ = false;  // a term stands for a constraint
+  bool constraining_ = false;                   // a term stands for a constraint
   std::vector<ObstacleForce> obstacle_forces_;  // without friction
 
  private:

@@ -3,6 +3,7 @@
 
 #include "implicit_stepper.h"
 #include "tetraction/core/error.h"
+#include "tetraction/dynamics/contact/contact.h"
 
 namespace tetraction {
 namespace {

@@ -385,4 +385,14 @@ double StabilityTracker::critical_step(const Vector& q, Integrator rule, Critica
   return verlet_critical_step(omega_of(largest.value), rate);
 }
 
+double largest_impedance(const MechanicalSystem& system) {
+  double largest = 0.0;
+  for (Index e = 0; e < system.rest().element_count(); ++e) {
+    const LameParameters lame = system.lame(e);
+    const double density = system.element_mass(e) / system.rest().volume(e);
+    largest = std::max(largest, std::sqrt((lame.lambda + 2.0 * lame.mu) * density));
+  }
+  return largest;
+}
+
 }  // namespace tetraction

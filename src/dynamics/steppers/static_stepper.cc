@@ -1,4 +1,5 @@
 #include "tetraction/dynamics/steppers/static_stepper.h"
+#include "tetraction/dynamics/contact/contact.h"
 
 #include <fmt/format.h>
 
@@ -225,7 +226,8 @@ class Implementation : public StaticStepper {
       ForcePoint at = system_.force_point(x, problem_.time());
       at.load_factor = factor;
       term->add_gradient(at, gradient_);
-      all.add(term == system_.contact() ? Vector(-gradient_) : Vector(-factor * gradient_), x, about);
+      all.add(term == system_.contact() ? Vector(-gradient_) : Vector(-factor * gradient_), x,
+              about);
     }
     // Residuals that the solver may leave at the vertices add up.
     const double left = std::sqrt(static_cast<double>(system_.vertex_count())) *

@@ -1,4 +1,5 @@
 #include "tetraction/dynamics/steppers/stepper.h"
+#include "tetraction/dynamics/contact/contact.h"
 
 #include "common_outcome.h"
 

@@ -1,5 +1,7 @@
 #include "followed_loads.h"
 
+#include "dynamics/contact/friction_step.h"
+#include "tetraction/dynamics/contact/contact.h"
 #include "tetraction/dynamics/nodal_volume/nodal_volume.h"
 
 namespace tetraction {
@@ -52,6 +54,68 @@ void FollowedLoads::add_viscous_product(const Vector& d, Vector& product) const 
       vertex_block(product, nodes[a]) += force.segment<3>(3 * static_cast<Index>(a));
     }
   }
+}
+
+// The forces of a problem that belong to no potential.
+
+// Loads belong to the start of a step, as in MechanicalSystem::external_force().
+ForcePoint PotentialProblem::load_point(const Vector& x) const {
+  return system_.force_point(x, span_ ? span_->begin : time_, span_);
+}
+
+void PotentialProblem::add_load_deviation(const Vector& u, Vector& residual) const {
+  at_ = origin_ + u;
+  system_.external_force(load_point(at_), full_);
+  if (full_.size() > 0) residual += load_weight_ * (constant_loads_ - full_);
+  if (!has_friction()) return;
+  // The friction of the present normal forces in place of those that were known.
+  velocity_ = ((origin_ - previous_) + u) / step_;
+  full_.setZero(system_.dof_count());
+  friction_->add_gradient(velocity_, full_);
+  residual -= full_;
+  FrictionStep present = *friction_;
+  present.take(system_.mass(), end_positions(u));
+  present.add_gradient(velocity_, residual);
+}
+
+void PotentialProblem::load_stiffness(const Vector& u, LoadStiffness& stiffness) const {
+  stiffness = LoadStiffness(load_weight_);
+  at_ = origin_ + u;
+  for (const ForceTerm* term : system_.force_terms()) {
+    if (!term->has_load() || !term->load_depends_on_position()) continue;
+    term->add_load_stiffness(load_point(at_), stiffness);
+  }
+  if (!has_friction()) return;
+  velocity_ = ((origin_ - previous_) + u) / step_;
+  FrictionStep present = *friction_;
+  present.take(system_.mass(), end_positions(u));
+  present.add_force_stiffness(velocity_, rate_of_end(), stiffness);
+}
+
+void PotentialProblem::take_loads(const Vector& u) {
+  at_ = origin_ + u;
+  system_.external_force(load_point(at_), full_);
+  if (full_.size() > 0) {
+    load_ += load_weight_ * (full_ - constant_loads_);
+    constant_loads_ = full_;
+  }
+  take_friction(u);
+  make_remainder();
+}
+
+void PotentialProblem::take_friction(const Vector& u) {
+  if (has_friction()) friction_->take(system_.mass(), end_positions(u));
+}
+
+void PotentialProblem::begin_friction(double begin, double end, bool has_mean_forces) {
+  const Contact* contact = system_.contact();
+  if (contact == nullptr || !contact->has_friction()) return;
+  friction_->begin(*contact, previous_, begin, end,
+                   has_mean_forces ? NormalForces::kMean : NormalForces::kEnd);
+}
+
+bool PotentialProblem::has_friction() const {
+  return friction_->exists();
 }
 
 }  // namespace tetraction

@@ -76,13 +76,12 @@ void transfer(Archive& archive, T& value) {
 TETRACTION_TRANSFER(ObstacleImpulse, linear, angular, largest_force)
 template <class Archive, Is<BalanceSums> T>
 void transfer(Archive& archive, T& value) {
-  auto& [initial_energies, energies, initial_momenta, momenta, external_work, dissipated_energy, constraint_work,
-         friction_dissipation, obstacles, edit_work, linear_impulse, angular_impulse,
-         residual_angular_impulse, round_off, largest_environment_exchange, largest_external_work,
-         largest_constraint_work, largest_spring_energy, sum_of_edits, largest_energy_error,
-         largest_linear_drift, largest_angular_drift, linear_scale, angular_scale, limited_steps,
-         largest_limited_residual, largest_allowed_residual] =
-      value;
+  auto& [initial_energies, energies, initial_momenta, momenta, external_work, dissipated_energy,
+         constraint_work, friction_dissipation, obstacles, edit_work, linear_impulse,
+         angular_impulse, residual_angular_impulse, round_off, largest_environment_exchange,
+         largest_external_work, largest_constraint_work, largest_spring_energy, sum_of_edits,
+         largest_energy_error, largest_linear_drift, largest_angular_drift, linear_scale,
+         angular_scale, limited_steps, largest_limited_residual, largest_allowed_residual] = value;
   transfer_all(archive, initial_energies, energies, initial_momenta, momenta, external_work,
                dissipated_energy, constraint_work, friction_dissipation);
   transfer_list(archive, obstacles);

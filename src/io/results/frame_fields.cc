@@ -2,6 +2,9 @@
 
 #include <utility>
 
+#include "tetraction/dynamics/contact/contact.h"
+#include "tetraction/io/obstacle_surface.h"
+
 namespace tetraction {
 
 Frame make_frame(const Session& session, const std::vector<std::string>& names) {
@@ -11,13 +14,20 @@ Frame make_frame(const Session& session, const std::vector<std::string>& names) 
   const MechanicalSystem& system = session.system();
   const VolumeRule rule =
       system.nodal_volume() == nullptr ? VolumeRule::kElement : VolumeRule::kNodal;
-  const auto list = chosen_quantities(names, rule, system.mesh().is_quadratic(),
-                                      system.contact() != nullptr);
+  const auto list =
+      chosen_quantities(names, rule, system.mesh().is_quadratic(), system.contact() != nullptr);
   std::vector<Matrix> values = values_of(session, list);
   for (std::size_t i = 0; i < list.size(); ++i) {
     const bool on_cells = list[i]->domain == ValueDomain::kTetrahedra;
     (on_cells ? frame.cell_fields : frame.point_fields)
         .push_back({list[i]->name, std::move(values[i]), list[i]->is_integral});
+  }
+  if (const Contact* contact = system.contact(); contact != nullptr && system.part() == nullptr) {
+    const BodyPlace body = body_place(system.mesh().rest_positions(), session.state().position);
+    // An equilibrium has the load factor as its time.
+    const bool is_static = session.load_path() != nullptr;
+    frame.obstacles = obstacle_surface(*contact, body, is_static ? 0.0 : frame.time,
+                                       is_static ? frame.time : 1.0);
   }
   return frame;
 }

@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "io/text/output_file.h"
+#include "io/vtk/obstacle_grid.h"
 #include "io/vtk/vtk_grid.h"
 #include "run_files.h"
 #include "tetraction/core/error.h"
@@ -109,6 +110,8 @@ struct FrameWriter::Impl {
   vtkSmartPointer<vtkUnstructuredGrid> grid;  // points and cells, made once
   std::string entries;                        // of the collection
   std::vector<std::uint64_t> sizes;           // of the frames
+  std::string obstacle_name{};                // the last file of obstacles, and its contents
+  std::string obstacle_text{};
 
   // Writes a file, or of a body in parts the pieces frames/STEM_PPPP.vtu and then the file, which names them from its
   // folder. Returns its size in bytes on process 0, with those of the pieces.
@@ -129,6 +132,19 @@ struct FrameWriter::Impl {
     write_once(part.get(), [&] { write_text_file(path, pieces_text(filled, pieces)); });
     const double all = sum_over_parts(part.get(), static_cast<double>(size_of(own)));
     return static_cast<std::uint64_t>(all) + size_of(path);
+  }
+
+  // Writes the obstacles of a frame, if they are not those of the file before, and adds them to the collection.
+  void add_obstacles(const Frame& frame) {
+    std::string name = obstacle_frame_name(frame.step);
+    std::string text = obstacle_file(*frame.obstacles, directory + "/" + name, format.compression);
+    if (text != obstacle_text) {
+      write_text_file(directory + "/" + name, text);
+      obstacle_name = std::move(name);
+      obstacle_text = std::move(text);
+    }
+    constexpr int kPart = 1;  // the body is part 0
+    entries += collection_entry(frame.time, obstacle_name, kPart);
   }
 
   void make_folder() const {
@@ -156,6 +172,12 @@ FrameWriter::FrameWriter(const TetMesh& mesh, const std::string& directory, Fram
     if (!kept_names.empty()) write_collection(impl_->entries, directory + "/frames.pvd");
     // Frames of an earlier run would look like frames of this one.
     remove_frames(directory, kept_names);
+    // A run that goes on writes the same files as one that was not interrupted.
+    for (const std::string& name : kept_names) {
+      if (!is_obstacle_frame_name(name)) continue;
+      impl_->obstacle_name = "frames/" + name;
+      impl_->obstacle_text = read_output(directory + "/" + impl_->obstacle_name);
+    }
   });
 }
 
@@ -169,6 +191,7 @@ std::string FrameWriter::write(const Frame& frame) {
   std::string path = s.directory + "/" + name;
   s.sizes.push_back(s.write(frame, s.format.precision, path, stem, ""));
   s.entries += collection_entry(frame.time, name);
+  if (frame.obstacles != nullptr && !s.part) s.add_obstacles(frame);
   write_once(s.part.get(), [&] { write_collection(s.entries, s.directory + "/frames.pvd"); });
   return path;
 }

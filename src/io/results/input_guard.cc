@@ -69,7 +69,8 @@ bool is_result(std::string_view name) {
 
 // In one of the folders in such a folder.
 bool is_frame(std::string_view name) {
-  return begins_and_ends(name, "frame_", {".vtu", ".pvtu"});
+  return begins_and_ends(name, "frame_", {".vtu", ".pvtu"}) ||
+         begins_and_ends(name, "obstacles_", {".vtu"});
 }
 bool is_picture_of_mode(std::string_view name) {
   return begins_and_ends(name, "mode_", {".vtu"});

@@ -11,6 +11,7 @@
 #include "history_rows.h"
 #include "io/text/check_sum.h"
 #include "probe_file.h"
+#include "run_files.h"
 #include "tetraction/core/error.h"
 #include "tetraction/io/checkpoint_file.h"
 
@@ -122,8 +123,13 @@ std::vector<std::string> pieces_of(const std::string& path) {
   return names;
 }
 
+void check_is_there(const std::string& path) {
+  std::error_code error;
+  if (!fs::is_regular_file(fs::symlink_status(path, error))) fail(path, "it is missing");
+}
+
 // Throws FileError unless frames.pvd has so many entries, the last of them of this step, and their files are there and
-// have these sizes, a frame in pieces with its pieces.
+// have these sizes, a frame in pieces with its pieces. The obstacles of a frame follow it.
 KeptFrames read_kept_frames(const std::string& directory, const std::vector<std::uint64_t>& sizes,
                             Index last_frame) {
   KeptFrames kept;
@@ -133,10 +139,17 @@ KeptFrames read_kept_frames(const std::string& directory, const std::vector<std:
   const std::string frames = directory + "/frames/";
   std::string last;
   std::size_t count = 0;
-  for (std::string line; count < sizes.size() && std::getline(file, line);) {
+  for (std::string line; std::getline(file, line);) {
     const std::string name = quoted_after(line, "file=\"frames/");
     if (name.empty()) continue;
+    const bool has_obstacles = is_obstacle_frame_name(name);
+    if (count == sizes.size() && !has_obstacles) break;
     kept.entries += line + '\n';
+    if (has_obstacles) {
+      check_is_there(frames + name);
+      kept.names.push_back(name);
+      continue;
+    }
     last = name;
     std::vector<std::string> files{name};
     if (name.ends_with(".pvtu")) {
@@ -144,10 +157,8 @@ KeptFrames read_kept_frames(const std::string& directory, const std::vector<std:
     }
     std::uint64_t size = 0;
     for (std::string& own : files) {
+      check_is_there(frames + own);
       std::error_code error;
-      if (!fs::is_regular_file(fs::symlink_status(frames + own, error))) {
-        fail(frames + own, "it is missing");
-      }
       size += fs::file_size(frames + own, error);
       kept.names.push_back(std::move(own));
     }

@@ -26,9 +26,10 @@ Index step_of(const std::string& path, const std::string& cell);
 
 /// The frames of a run up to a checkpoint.
 struct KeptFrames {
-  std::string entries;             ///< of the collection, with line breaks
-  std::vector<std::string> names;  ///< of the files in `frames`, with those of the pieces of frames
-  std::string last;                ///< the last file that the collection names, or empty
+  std::string entries;  ///< of the collection, with line breaks
+  /// Of the files in `frames`, with those of the pieces of frames, and of obstacles in the order of the collection.
+  std::vector<std::string> names;
+  std::string last;  ///< the last file that the collection names, or empty
 };
 /// Checks all files of a run that goes on from a checkpoint. Throws FileError if one of them is not as it was then: tables
 /// by their header, size and check sum, frames by their names and sizes, those in pieces with their pieces.

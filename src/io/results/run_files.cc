@@ -23,6 +23,14 @@ bool is_frame_name(const std::string& name) {
   return name.rfind("frame_", 0) == 0 && fs::path(name).extension() == ".vtu";
 }
 
+std::string obstacle_frame_name(Index step) {
+  return fmt::format("frames/obstacles_{:06}.vtu", step);
+}
+
+bool is_obstacle_frame_name(const std::string& name) {
+  return name.rfind("obstacles_", 0) == 0 && fs::path(name).extension() == ".vtu";
+}
+
 void remove_frames(const std::string& directory) {
   remove_frames(directory, {});
 }
@@ -42,7 +50,8 @@ void remove_frames(const std::string& directory, const std::vector<std::string>&
       if (name.extension() == ".part") name.replace_extension();
       // A run in several processes has frames in pieces, which a .pvtu names.
       if (name.extension() == ".pvtu") name.replace_extension(".vtu");
-      if (is_frame_name(name.string())) old.push_back(entry.path());
+      const bool is_ours = is_frame_name(name.string()) || is_obstacle_frame_name(name.string());
+      if (is_ours) old.push_back(entry.path());
     }
     for (const fs::path& file : old) fs::remove(file);
   } catch (const fs::filesystem_error& error) {

@@ -9,6 +9,7 @@
 #include "tetraction/core/process.h"
 #include "tetraction/core/version.h"
 #include "tetraction/dynamics/body_sums.h"
+#include "tetraction/dynamics/contact/contact.h"
 #include "tetraction/dynamics/derived_fields.h"
 #include "tetraction/io/run_recorder.h"
 #include "tetraction/simulation/equilibrium.h"

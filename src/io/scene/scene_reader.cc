@@ -5,8 +5,10 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <utility>
 
 #include "core/quoting.h"
+#include "io/mesh/triangle_mesh_reader.h"
 #include "io/text/csv_table.h"
 #include "scene_sections.h"
 #include "tetraction/core/error.h"
@@ -94,6 +96,15 @@ void complete_amplitude(const TomlTable& table, const std::string& folder, Scene
   }
 }
 
+void complete_obstacle(const std::string& folder, ObstacleSettings& obstacle) {
+  if (obstacle.kind != ObstacleKind::kMesh) return;
+  const fs::path path(obstacle.file);
+  if (path.is_relative()) obstacle.file = (fs::path(folder) / path).lexically_normal().string();
+  TriangleFile surface = read_triangle_file(obstacle.file);
+  obstacle.points = std::move(surface.points);
+  obstacle.triangles = std::move(surface.triangles);
+}
+
 void complete_initial(const TomlTable& table, const std::string& folder, InitialSettings& initial) {
   for (const char* key : {"stretch", "displacement", "displacement_array"}) {
     if (table.has(key)) initial.places.emplace(key, table.place(key));
@@ -127,6 +138,8 @@ void read_part(const TomlTable& table, const ScenePart& part, const std::string&
     scene.environment.direction = unit_direction(scene.environment.direction);
   } else if (name == "amplitude") {
     complete_amplitude(table, folder, scene);
+  } else if (name == "obstacle") {
+    complete_obstacle(folder, scene.obstacle.back());
   } else if (name == "initial") {
     complete_initial(table, folder, scene.initial);
   }

@@ -101,6 +101,14 @@ void set_compression(vtkXMLWriter& writer, FrameCompression compression) {
   }
 }
 
+void set_up(vtkXMLWriter& writer, vtkUnstructuredGrid* grid, FrameCompression compression) {
+  writer.SetInputData(grid);
+  writer.SetDataModeToAppended();
+  writer.EncodeAppendedDataOff();
+  set_compression(writer, compression);
+  writer.SetHeaderTypeToUInt64();
+}
+
 // The system's error number in VTK's, or 0.
 int system_error(unsigned long code, const std::string& path) {
   if (code == vtkErrorCode::OutOfDiskSpaceError) return reason_of_a_full_disk(path);
@@ -215,20 +223,28 @@ void write_vtu(vtkUnstructuredGrid* grid, const std::string& path, FrameCompress
   auto writer = vtkSmartPointer<vtkXMLUnstructuredGridWriter>::New();
   messages.watch(writer);
   writer->SetFileName(file.temporary().c_str());
-  writer->SetInputData(grid);
-  writer->SetDataModeToAppended();
-  writer->EncodeAppendedDataOff();
-  set_compression(*writer, compression);
-  writer->SetHeaderTypeToUInt64();
+  set_up(*writer, grid, compression);
   const bool is_written = writer->Write() == 1 && writer->GetErrorCode() == 0 && messages.empty() &&
                           ends_as_vtu(file.temporary());
   if (!is_written) fail_to_write(path, system_error(writer->GetErrorCode(), path));
   file.finish();
 }
 
-std::string collection_entry(double time, const std::string& file) {
-  return fmt::format("    <DataSet timestep=\"{:.17g}\" group=\"\" part=\"0\" file=\"{}\"/>\n",
-                     time, file);
+std::string vtu_text(vtkUnstructuredGrid* grid, const std::string& path,
+                     FrameCompression compression) {
+  forget_ranges(grid);
+  VtkMessages messages;
+  auto writer = vtkSmartPointer<vtkXMLUnstructuredGridWriter>::New();
+  messages.watch(writer);
+  writer->WriteToOutputStringOn();
+  set_up(*writer, grid, compression);
+  if (writer->Write() != 1 || !messages.empty()) fail_to_write(path, 0);
+  return writer->GetOutputString();
+}
+
+std::string collection_entry(double time, const std::string& file, int part) {
+  return fmt::format("    <DataSet timestep=\"{:.17g}\" group=\"\" part=\"{}\" file=\"{}\"/>\n",
+                     time, part, file);
 }
 
 void write_collection(const std::string& entries, const std::string& path) {

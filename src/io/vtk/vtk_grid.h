@@ -30,9 +30,12 @@ vtkSmartPointer<vtkDataArray> array_of(const std::string& name, const Matrix& va
 /// OutputError.
 void write_vtu(vtkUnstructuredGrid* grid, const std::string& path,
                FrameCompression compression = FrameCompression::kZlib);
+/// The same file as text. Throws OutputError, which names `path`, if VTK cannot make it.
+std::string vtu_text(vtkUnstructuredGrid* grid, const std::string& path,
+                     FrameCompression compression);
 
-/// A file of a collection at a time, as a line for write_collection().
-std::string collection_entry(double time, const std::string& file);
+/// A file of a collection at a time, as a line for write_collection(). Files at one time have different parts.
+std::string collection_entry(double time, const std::string& file, int part = 0);
 /// Writes a .pvd collection. The entries name files relative to its folder. Throws OutputError.
 void write_collection(const std::string& entries, const std::string& path);
 

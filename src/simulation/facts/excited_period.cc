@@ -24,6 +24,7 @@ std::set<std::string> acting_amplitudes(const Scene& scene) {
   }
   for (const FixSettings& fix : scene.fix) names.insert(fix.amplitude);
   for (const ConstraintSettings& constraint : scene.constraint) names.insert(constraint.amplitude);
+  for (const ObstacleSettings& obstacle : scene.obstacle) names.insert(obstacle.amplitude);
   return names;
 }
 

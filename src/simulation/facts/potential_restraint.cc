@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include "tetraction/dynamics/contact/contact.h"
 
 namespace tetraction {
 

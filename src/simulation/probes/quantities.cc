@@ -1,4 +1,5 @@
 #include "tetraction/simulation/quantities.h"
+#include "tetraction/dynamics/contact/contact.h"
 
 #include <algorithm>
 #include <cmath>
@@ -99,7 +100,7 @@ Matrix contact_scalar(BodyFields& fields, bool gap) {
   Vector gaps;
   contact->fields(contact_point(fields), pressure, gaps);
   for (Index v = 0; v < values.cols(); ++v) {
-    values(0, v) = !gap                    ? pressure[v]
+    values(0, v) = !gap                     ? pressure[v]
                    : std::isfinite(gaps[v]) ? gaps[v]
                                             : std::numeric_limits<double>::quiet_NaN();
   }

@@ -9,10 +9,22 @@
 #include <utility>
 
 #include "body_constraints.h"
+#include "body_loads.h"
 #include "tetraction/core/error.h"
+#include "tetraction/dynamics/contact/contact.h"
 
 namespace tetraction {
 namespace {
+
+// The surface of a file in m.
+MeshShape mesh_of(const ObstacleSettings& settings) {
+  MeshShape mesh{settings.points, settings.triangles};
+  for (const LengthUnit& unit : length_units()) {
+    if (settings.unit != unit.name) continue;
+    for (Vector3& point : mesh.points) point *= unit.metres;
+  }
+  return mesh;
+}
 
 ObstacleShape shape_of(const ObstacleSettings& settings) {
   switch (settings.kind) {
@@ -22,9 +34,12 @@ ObstacleShape shape_of(const ObstacleSettings& settings) {
       return SphereShape{settings.center, settings.radius, settings.inside};
     case ObstacleKind::kCylinder:
       return CylinderShape{settings.point, settings.axis, settings.radius, settings.inside};
+    case ObstacleKind::kMesh:
+      return mesh_of(settings);
     case ObstacleKind::kBox:
       break;
   }
+  if (!settings.inside) return box_surface(settings.min, settings.max);
   return RoomShape{settings.min, settings.max};
 }
 
@@ -35,6 +50,11 @@ Vector3 center_of(const ObstacleSettings& settings) {
       return settings.point;
     case ObstacleKind::kSphere:
       return settings.center;
+    case ObstacleKind::kMesh: {
+      Vector3 sum = Vector3::Zero();
+      for (const Vector3& point : mesh_of(settings).points) sum += point;
+      return sum / static_cast<double>(settings.points.size());
+    }
     case ObstacleKind::kBox:
       break;
   }
@@ -62,8 +82,7 @@ double least_modulus(const MechanicalSystem& system) {
   double least = std::numeric_limits<double>::infinity();
   for (Index e = 0; e < system.rest().element_count(); ++e) {
     const LameParameters lame = system.lame(e);
-    const double modulus =
-        lame.mu * (3.0 * lame.lambda + 2.0 * lame.mu) / (lame.lambda + lame.mu);
+    const double modulus = lame.mu * (3.0 * lame.lambda + 2.0 * lame.mu) / (lame.lambda + lame.mu);
     if (modulus > 0.0) least = std::min(least, modulus);
   }
   return least;
@@ -102,9 +121,9 @@ std::shared_ptr<const Contact> make_contact(const Scene& scene, const Mechanical
   for (const ObstacleSettings& settings : scene.obstacle) {
     const std::string place = settings.where.empty() ? "" : settings.where + ": ";
     if (!names.insert(settings.name).second) {
-      throw InputError(fmt::format(
-          "{}the name \"{}\" belongs to another obstacle already; each needs its own.", place,
-          settings.name));
+      throw InputError(
+          fmt::format("{}the name \"{}\" belongs to another obstacle already; each needs its own.",
+                      place, settings.name));
     }
     try {
       obstacles.push_back(make_obstacle(settings, scene, system));
@@ -135,11 +154,58 @@ void refuse_penetration(const MechanicalSystem& system, const Vector& position, 
     ++count;
     if (std::isfinite(each.depth)) deepest = std::max(deepest, each.depth);
   }
+  if (std::isnan(all.front().depth)) {
+    throw InputError(
+        fmt::format("{} has faces or edges that cross the obstacle \"{}\", the first at vertex {}. "
+                    "Move the body or the "
+                    "obstacle so that they are apart.",
+                    what, system.contact()->obstacle(obstacle).name,
+                    system.mesh().vertex_id(all.front().vertex)));
+  }
+  if (deepest == 0.0) {
+    throw InputError(fmt::format(
+        "{} has {} {} ({}{}) exactly on the obstacle \"{}\". Contact needs a gap: begin with the "
+        "obstacle {:.3g} m "
+        "away, where contact begins, or a little nearer.",
+        what, count, count == 1 ? "vertex" : "vertices", vertices, count > kNamed ? ", ..." : "",
+        system.contact()->obstacle(obstacle).name, system.contact()->obstacle(obstacle).thickness));
+  }
   throw InputError(fmt::format(
       "{} penetrates the obstacle \"{}\": {} {} ({}{}), up to {:.3g} m deep. Move the body or the "
       "obstacle so that they are apart.",
-      what, system.contact()->obstacle(obstacle).name, count,
-      count == 1 ? "vertex" : "vertices", vertices, count > kNamed ? ", ..." : "", deepest));
+      what, system.contact()->obstacle(obstacle).name, count, count == 1 ? "vertex" : "vertices",
+      vertices, count > kNamed ? ", ..." : "", deepest));
+}
+
+void refuse_friction(const Scene& scene) {
+  for (const ObstacleSettings& obstacle : scene.obstacle) {
+    if (!(obstacle.friction > 0.0)) continue;
+    throw InputError(fmt::format(
+        "{}{}the obstacle \"{}\" has friction = {}, but the friction of an equilibrium depends on "
+        "how it was "
+        "reached: take friction = 0, or compute the motion with damping.",
+        obstacle.where, obstacle.where.empty() ? "" : ": ", obstacle.name, obstacle.friction));
+  }
+}
+
+std::string small_obstacle_warning(const Scene& scene, const MechanicalSystem& system) {
+  constexpr double kEdges = 5.0;
+  for (std::size_t i = 0; i < scene.obstacle.size(); ++i) {
+    const ObstacleSettings& settings = scene.obstacle[i];
+    const bool is_round =
+        settings.kind == ObstacleKind::kSphere || settings.kind == ObstacleKind::kCylinder;
+    if (!is_round || settings.inside || system.contact() == nullptr) continue;
+    const double edge = mean_edge(system.mesh(), system.contact()->obstacle(i).surface);
+    if (settings.radius >= kEdges * edge) continue;
+    return fmt::format(
+        "the radius of the obstacle \"{}\", {:.3g} m, is {:.2g} edges of the body's surface "
+        "({:.3g} m): only the "
+        "vertices of the body touch it, so that it can sink into faces between them. Take a finer "
+        "mesh: five "
+        "edges or more are right",
+        settings.name, settings.radius, settings.radius / edge, edge);
+  }
+  return {};
 }
 
 }  // namespace tetraction

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <string>
 
 #include "tetraction/dynamics/contact/contact.h"
 #include "tetraction/dynamics/mechanical_system.h"
@@ -16,5 +17,12 @@ std::shared_ptr<const Contact> make_contact(const Scene& scene, const Mechanical
 /// obstacle, the numbers of some vertices and the depth.
 void refuse_penetration(const MechanicalSystem& system, const Vector& position, double time,
                         const std::string& what);
+
+/// Throws InputError if an obstacle has friction, which an equilibrium cannot have.
+void refuse_friction(const Scene& scene);
+
+/// A warning where an obstacle is so small that faces of the body may sink into it between their vertices; empty
+/// without one.
+std::string small_obstacle_warning(const Scene& scene, const MechanicalSystem& system);
 
 }  // namespace tetraction

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <string>
+#include <vector>
 
 #include "sections.h"
 #include "setting_values.h"
@@ -13,6 +14,12 @@ using S = ObstacleSettings;
 
 constexpr NumberRange kAnyEnd{.infinity = true};
 
+std::vector<const char*> unit_names() {
+  std::vector<const char*> names;
+  for (const LengthUnit& unit : length_units()) names.push_back(unit.name);
+  return names;
+}
+
 template <ObstacleKind... kinds>
 bool is_one_of(const S& obstacle) {
   return ((obstacle.kind == kinds) || ...);
@@ -22,6 +29,7 @@ constexpr auto is_plane = is_one_of<ObstacleKind::kPlane>;
 constexpr auto is_sphere = is_one_of<ObstacleKind::kSphere>;
 constexpr auto is_cylinder = is_one_of<ObstacleKind::kCylinder>;
 constexpr auto is_box = is_one_of<ObstacleKind::kBox>;
+constexpr auto is_mesh = is_one_of<ObstacleKind::kMesh>;
 constexpr auto has_point = is_one_of<ObstacleKind::kPlane, ObstacleKind::kCylinder>;
 constexpr auto is_round = is_one_of<ObstacleKind::kSphere, ObstacleKind::kCylinder>;
 constexpr auto has_inside =
@@ -38,13 +46,6 @@ std::string zero_axis(const S& obstacle) {
 std::string empty_box(const S& obstacle) {
   if (!is_box(obstacle) || (obstacle.min.array() < obstacle.max.array()).all()) return {};
   return "must be above min in all three directions.";
-}
-
-std::string solid_box(const S& obstacle) {
-  return is_box(obstacle) && !obstacle.inside
-             ? "must be true for a box: a body cannot touch a box from outside yet. Take planes, a "
-               "sphere or a cylinder."
-             : "";
 }
 
 std::string motion_conflict(const S& obstacle) {
@@ -65,35 +66,73 @@ std::string end_conflict(const S& obstacle) {
 SceneSection obstacle_section() {
   return make_section<S>(
       "obstacle",
-      {{{.name = "name",
+      {{{.name = "kind",
+         .help = "its shape, see below",
+         .needed = "\"plane\", \"sphere\", \"cylinder\", \"box\" or \"mesh\"."},
+        &S::kind},
+       {{.name = "name",
          .help = "by which messages, columns and results refer to it; each name once",
          .needed = "a name, such as \"floor\"."},
         &S::name},
-       {{.name = "kind",
-         .help = "its shape, see below",
-         .needed = "\"plane\", \"sphere\", \"cylinder\" or \"box\"."},
-        &S::kind},
        {{.name = "point",
          .unit = "m",
-         .help = "a point of the plane or of the cylinder's axis"},
+         .help = "a point of the plane or of the cylinder's axis",
+         .needed = "a point of the plane or of the axis, [x, y, z] in m."},
         &S::point,
         has_point},
        {{.name = "normal",
-         .help = "of a plane: the direction to the side of the body; any length but zero"},
+         .help = "of a plane: the direction to the side of the body; any length but zero",
+         .needed = "the direction from the plane to the side of the body, such as [0, 1, 0]."},
         &S::normal,
         is_plane},
-       {{.name = "center", .unit = "m", .help = "of a sphere"}, &S::center, is_sphere},
-       {{.name = "axis", .help = "of a cylinder, which has no ends; any length but zero"},
+       {{.name = "center",
+         .unit = "m",
+         .help = "of a sphere",
+         .needed = "the center of the sphere, [x, y, z] in m."},
+        &S::center,
+        is_sphere},
+       {{.name = "axis",
+         .help = "of a cylinder, which has no ends; any length but zero",
+         .needed = "the direction of the axis, such as [0, 0, 1]."},
         &S::axis,
         is_cylinder},
-       {{.name = "radius", .unit = "m", .help = "of a sphere or cylinder", .range = kPositive},
+       {{.name = "radius",
+         .unit = "m",
+         .help = "of a sphere or cylinder",
+         .range = kPositive,
+         .needed = "the radius in m."},
         &S::radius,
         is_round},
-       {{.name = "min", .unit = "m", .help = "the lower corner of a box"}, &S::min, is_box},
-       {{.name = "max", .unit = "m", .help = "the upper corner of a box"}, &S::max, is_box},
+       {{.name = "min",
+         .unit = "m",
+         .help = "the lower corner of a box",
+         .needed = "the lower corner of the box, [x, y, z] in m."},
+        &S::min,
+        is_box},
+       {{.name = "max",
+         .unit = "m",
+         .help = "the upper corner of a box",
+         .needed = "the upper corner of the box, [x, y, z] in m."},
+        &S::max,
+        is_box},
        {{.name = "inside", .help = "keeps the body inside the sphere, the cylinder or the box"},
         &S::inside,
         has_inside},
+       {{.name = "file",
+         .help = "of a mesh: a surface of triangles, whose both sides act; a relative path starts "
+                 "at the "
+                 "scene's folder. `.stl`, `.obj`, `.vtp`; `.msh`, `.vtu`, `.vtk`: the boundary of "
+                 "their "
+                 "tetrahedra, or their triangles",
+         .needed = "the file of a surface of triangles."},
+        &S::file,
+        is_mesh},
+       {{.name = "unit",
+         .help = "of a mesh: of the file's coordinates",
+         .in_file = Written::kUnlessDefault,
+         .in_echo = Written::kUnlessDefault},
+        Choice<S>{unit_names(), &S::unit},
+        {.used = is_mesh}},
        {{.name = "friction",
          .title = "Friction",
          .help = "the coefficient μ of Coulomb friction",
@@ -160,17 +199,18 @@ SceneSection obstacle_section() {
         &S::until},
        {{.name = "offset",
          .unit = "m",
-         .help = "a displacement, by which an equilibrium moves it together with the growing loads; in "
-                 "a motion it stands there from the start",
+         .help =
+             "a displacement, by which an equilibrium moves it together with the growing loads; in "
+             "a motion it stands there from the start",
          .in_file = Written::kUnlessDefault,
          .in_echo = Written::kUnlessDefault},
         &S::offset}},
       {{{"normal"}, zero_normal},
        {{"axis"}, zero_axis},
        {{"min", "max"}, empty_box},
-       {{"inside"}, solid_box},
        {{"amplitude"}, motion_conflict},
-       {{"from", "until"}, end_conflict}});
+       {{"from", "until"}, end_conflict}},
+      true);
 }
 
 }  // namespace tetraction

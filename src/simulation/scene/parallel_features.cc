@@ -75,6 +75,10 @@ void refuse_what_parts_lack(const Scene& scene, Analysis analysis) {
   if (!scene.constraint.empty()) {
     refuse(scene.constraint.front().where, "[[constraint]]", kTakeFix);
   }
+  if (!scene.obstacle.empty()) {
+    refuse(scene.obstacle.front().where, "[[obstacle]]",
+           "leave it out, or take a [[fix]] where the body only rests");
+  }
   if (!scene.force_term.empty()) refuse("", "a force term of a program", "leave it out");
   for (const EventSettings& event : scene.event) {
     for (const Edit& edit : event.edits) std::visit(EditCheck{event.where}, edit);

@@ -1,4 +1,5 @@
 #include "tetraction/simulation/scene_objects.h"
+#include "tetraction/dynamics/contact/contact.h"
 
 #include <fmt/format.h>
 

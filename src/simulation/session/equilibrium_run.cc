@@ -7,6 +7,7 @@
 
 #include "failure_place.h"
 #include "run_warnings.h"
+#include "simulation/scene/body_obstacles.h"
 #include "simulation/scene/initial_state.h"
 #include "tetraction/core/interruption.h"
 #include "tetraction/simulation/scene_objects.h"
@@ -33,6 +34,7 @@ EquilibriumRun::EquilibriumRun(RunData& run, double largest_increment, bool exam
   settings.time = {Integrator::kBackwardEuler, 1.0, false, 1.0};
   use_consistent_weights(run.scene, system);
   set_constraints_of_equilibrium(run.scene, system, settings.constraints);
+  refuse_friction(run.scene);
   refuse_free_motions(system, 0.0);
   std::unique_ptr<StaticStepper> stepper = make_static_stepper(system, settings.solver, 0.0);
   loading_ = std::make_unique<LoadStepping>(*stepper, largest_increment, examines_stability);
@@ -59,6 +61,10 @@ void EquilibriumRun::warn() {
     const bool moves = !constraint.velocity.value_or(Vector3::Zero()).isZero(0.0) ||
                        !constraint.angular_velocity.value_or(Vector3::Zero()).isZero(0.0);
     if (moves) run_.progress.warnings.push_back(resting_warning(constraint.where));
+  }
+  for (const ObstacleSettings& obstacle : run_.scene.obstacle) {
+    const bool moves = !obstacle.velocity.isZero(0.0) || !obstacle.angular_velocity.isZero(0.0);
+    if (moves) run_.progress.warnings.push_back(resting_warning(obstacle.where));
   }
   if (!loading_->path().is_examined) {
     run_.progress.warnings.emplace_back(

@@ -1,4 +1,5 @@
 #include "tetraction/simulation/history.h"
+#include "tetraction/dynamics/contact/contact.h"
 
 #include <fmt/format.h>
 

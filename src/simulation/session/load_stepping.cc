@@ -11,6 +11,7 @@
 #include "solver/modes/load_stability.h"
 #include "solver/newton/mixed_newton.h"
 #include "tetraction/core/error.h"
+#include "tetraction/dynamics/contact/contact.h"
 #include "tetraction/simulation/scene_objects.h"
 #include "tetraction/solver/newton_root_finder.h"
 #include "tetraction/solver/normal_modes.h"
@@ -175,7 +176,10 @@ StepOutcome LoadStepping::advance(const State& from, State& to) {
     if (!beyond.found() && !unstable && outcome.obstacle == StepObstacle::kConstraints) {
       unstable = is_nearly_singular(from);
     }
-    if (unstable) enter_limit_point({from.time, next, beyond.found()});
+    // Before a body reaches an obstacle, nothing need hold it: that is no limit point.
+    const bool is_falling =
+        from.time == 0.0 && stepper_.problem().system().contact() != nullptr && beyond.found();
+    if (unstable && !is_falling) enter_limit_point({from.time, next, beyond.found()});
     if (loss && beyond.found()) {
       path_.loss = loss;
       path_.loss->below = from.time;

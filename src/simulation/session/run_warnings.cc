@@ -8,6 +8,7 @@
 
 #include "fem/inverted_elements.h"
 #include "simulation/facts/load_facts.h"
+#include "simulation/scene/body_obstacles.h"
 #include "simulation/stepping/adaptations.h"
 #include "tetraction/core/blas.h"
 #include "tetraction/simulation/warnings.h"
@@ -159,6 +160,7 @@ std::string repeated_constraint_warning(const std::vector<SharedDistance>& share
 }
 
 void warn_of_loads(RunData& run) {
+  add_warning(run.progress, small_obstacle_warning(run.scene, *run.system));
   const auto warn = [&](const ForceSettings& load, double start) {
     if (load.until > start) return;
     run.progress.warnings.push_back(

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "automatic_step.h"
+#include "tetraction/dynamics/contact/contact.h"
 
 namespace tetraction {
 namespace {
@@ -18,6 +19,17 @@ double damping_limit(const RunData& run) {
   const double rate = vertex_damping_rate(*run.system, run.state().position, run.state().time);
   return rate > 0.0 ? kResolved / (AutomaticStep::kShare * rate)
                     : std::numeric_limits<double>::infinity();
+}
+
+// The limit that an impact on an obstacle sets with the present velocities.
+double impact_limit(const RunData& run, double critical_step) {
+  const MechanicalSystem& system = *run.system;
+  if (system.contact() == nullptr) return critical_step;
+  const State& state = run.state();
+  Vector velocity;
+  system.velocity_of(state.momentum, velocity);
+  return system.contact()->impact_limit(system.force_point(state.position, state.time), velocity,
+                                        largest_impedance(system), critical_step);
 }
 
 }  // namespace
@@ -41,7 +53,7 @@ double present_limit(const RunData& run) {
 }
 
 double automatic_limit(const RunData& run, const StabilityLimit& limit) {
-  return std::min(limit.critical_step, damping_limit(run));
+  return impact_limit(run, std::min(limit.critical_step, damping_limit(run)));
 }
 
 void start_to_follow(RunData& run, double critical_step, CriticalModes modes) {
@@ -65,8 +77,8 @@ double enter_estimate(RunData& run) {
     cost = tracker->cost();
   }
   run.times.stepping -= run.times.stability - before;
-  return automatic.enter(std::min(critical, damping_limit(run)), cost, run.state().step,
-                         run.progress.plan.time_step);
+  return automatic.enter(impact_limit(run, std::min(critical, damping_limit(run))), cost,
+                         run.state().step, run.progress.plan.time_step);
 }
 
 }  // namespace tetraction

@@ -44,6 +44,9 @@ class MeshDependence {
     for (const ConstraintSettings& constraint : scene.constraint) {
       check(constraint, constraint.where);
     }
+    for (const ObstacleSettings& obstacle : scene.obstacle) {
+      check_selection(obstacle.select, obstacle.where);
+    }
     for (const LoadKind kind : {LoadKind::kForce, LoadKind::kMoment, LoadKind::kTraction,
                                 LoadKind::kPressure, LoadKind::kBodyForce}) {
       for (const ForceSettings& load : scene.list(kind)) check(load, load.where);

@@ -13,12 +13,6 @@ namespace tetraction {
 class ExplicitFriction;
 class FrictionStep;
 
-/// What an obstacle does to a body in a step, or at an instant.
-struct ObstacleForce {
-  Vector3 force = Vector3::Zero();   ///< on the body, N
-  Vector3 moment = Vector3::Zero();  ///< the same about the origin, N m
-};
-
 /// The contact of a body with all of its obstacles, as a potential that keeps them apart:
 ///
 ///     U(x) = Σ w_v U_b(d(x_v))
@@ -95,9 +89,14 @@ class Contact : public ForceTerm {
     double depth;  ///< m; NaN where the obstacle has no inside
   };
   std::vector<Penetration> penetrations(const ForcePoint& at) const;
-  /// The stiffness of the contact layers at each vertex, N/m, where a body of the impedance ρc (Pa s/m)
-  /// hits an obstacle with a speed (m/s): the pressure of the impact is ρ c v.
-  Vector impact_stiffness(double impedance, double speed, Index vertex_count) const;
+  /// The stability limit of explicit rules, s, for a body that hits the obstacles with its present velocities
+  /// v (3 per vertex, m/s). `critical_step` is the limit of the body alone, and `impedance` ρc, Pa s/m. The
+  /// pressure of the impact of a half-space, p = ρ c v, gives the stiffness k of the layers, and with the mass m of a
+  /// vertex
+  ///
+  ///     h⁻² = h_body⁻² + k/(4m),   h ≤ d̂/(2v).
+  double impact_limit(const ForcePoint& at, const Vector& v, double impedance,
+                      double critical_step) const;
 
  private:
   friend class ExplicitFriction;

@@ -40,7 +40,17 @@ struct RoomShape {
   bool operator==(const RoomShape&) const = default;
 };
 
-using ObstacleShape = std::variant<PlaneShape, SphereShape, CylinderShape, RoomShape>;
+/// A rigid surface of triangles, watertight or open. Both of its sides act: a watertight one is a solid for bodies
+/// outside and a container for bodies inside.
+struct MeshShape {
+  std::vector<Vector3> points;                  ///< m; equal ones count as one
+  std::vector<std::array<Index, 3>> triangles;  ///< numbers of points, from 0
+  bool operator==(const MeshShape&) const = default;
+};
+/// The surface of a box.
+MeshShape box_surface(const Vector3& min, const Vector3& max);
+
+using ObstacleShape = std::variant<PlaneShape, SphereShape, CylinderShape, RoomShape, MeshShape>;
 
 /// The motion of a rigid obstacle. With the factor a(t) of its history and A(t) = ∫₀ᵗ a dt, the point X
 /// of the obstacle at t = 0 is at
@@ -80,6 +90,12 @@ struct Obstacle {
   double slip_speed = 1.0e-3;  ///< ε_v, m/s: friction grows up to this speed; above 0
   /// The faces of the body's boundary that touch the obstacle, by the numbers of their corners, outward.
   std::vector<std::array<Index, 3>> surface;
+};
+
+/// What an obstacle does to a body in a step, or at an instant.
+struct ObstacleForce {
+  Vector3 force = Vector3::Zero();   ///< on the body, N
+  Vector3 moment = Vector3::Zero();  ///< the same about the origin, N m
 };
 
 }  // namespace tetraction

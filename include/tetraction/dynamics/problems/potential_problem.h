@@ -70,6 +70,12 @@ class PotentialProblem : public MinimizationProblem {
   void set_roughness(double roughness) { roughness_ = roughness; }
   double roughness() const { return roughness_; }
 
+  /// Whether there is friction in this step, and the friction with the normal forces that Φ has.
+  bool has_friction() const;
+  const FrictionStep& friction() const { return *friction_; }
+  /// Whether forces that have no potential depend on positions: such loads, and friction.
+  bool has_following_forces() const { return system_.has_load_of_position() || has_friction(); }
+
   /// Loads that depend on positions are constant in Φ: w f₀ with a weight w. This is what is missing of the
   /// equations with the loads at x = o + u: residual += w (f₀ − f(x)).
   void add_load_deviation(const Vector& u, Vector& residual) const;
@@ -171,8 +177,6 @@ class PotentialProblem : public MinimizationProblem {
   virtual Vector end_positions(const Vector& u) const { return origin_ + u; }
   /// Begins the friction of a step.
   void begin_friction(double begin, double end, bool has_mean_forces);
-  bool has_friction() const;
-  const FrictionStep& friction() const { return *friction_; }
   /// Finds |Tᵀl|₂. To be called when l is complete.
   void measure_load();
 

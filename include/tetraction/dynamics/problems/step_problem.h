@@ -67,9 +67,6 @@ class StepProblem : public PotentialProblem {
   /// ω² = (E r² k⁴ − σ k²)/ρ ≥ −σ²/(4Eρr²), and l = √12 r.
   double buckling_ratio(const Vector& u) const override;
 
-  using PotentialProblem::friction;
-  using PotentialProblem::has_friction;
-
  private:
   double alpha_ = 1.0;
 };

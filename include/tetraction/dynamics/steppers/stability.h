@@ -82,4 +82,8 @@ class StabilityTracker {
 /// The element that moves most in the mode that set a limit (internal number), or −1 without one.
 Index critical_element(const MechanicalSystem& system, const CriticalModes& modes);
 
+/// The largest ρc of the body's tetrahedra, with the speed c = √((λ + 2μ)/ρ) of pressure waves at rest, Pa s/m. The
+/// impact of a half-space with the speed v has the pressure ρ c v.
+double largest_impedance(const MechanicalSystem& system);
+
 }  // namespace tetraction

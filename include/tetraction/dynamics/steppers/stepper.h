@@ -20,6 +20,7 @@
 #include <string>
 #include <utility>
 
+#include "tetraction/dynamics/contact/obstacle.h"
 #include "tetraction/dynamics/mechanical_system.h"
 #include "tetraction/dynamics/problems/minimizer.h"
 #include "tetraction/dynamics/reactions.h"
@@ -62,7 +63,7 @@ struct StepOutcome {
   double dissipated_energy = 0.0;
   double constraint_work = 0.0;  ///< of moving targets, penalty springs and moving obstacles, J
   double friction_dissipation = 0.0;  ///< heat of friction with obstacles, J; never negative
-  double step_size = 0.0;  ///< h of a step in which obstacles act, s
+  double step_size = 0.0;             ///< h of a step in which obstacles act, s
   /// The impulse of each obstacle, N s, with its moment about the origin, N m s. Both contain friction.
   std::vector<ObstacleForce> obstacle_impulses;
   Vector3 linear_impulse = Vector3::Zero();   ///< of loads, damping, environment, reactions, N s

@@ -42,6 +42,7 @@ namespace {
 constexpr double kForceColor[3] = {0.80, 0.15, 0.15};
 constexpr double kMomentumColor[3] = {0.10, 0.45, 0.85};
 constexpr double kReactionColor[3] = {0.15, 0.55, 0.25};
+constexpr double kContactColor[3] = {0.85, 0.55, 0.05};
 constexpr double kBodyColor[3] = {0.62, 0.70, 0.78};
 constexpr double kGhostColor[3] = {0.80, 0.47, 0.65};
 constexpr double kSelectedColor[3] = {1.0, 0.45, 0.0};
@@ -64,6 +65,8 @@ BodyScene::BodyScene(vtkRenderer* renderer, vtkRenderer* gutter)
       forces_(renderer, "External force", "N", kForceColor),
       momenta_(renderer, "Momentum", "kg m/s", kMomentumColor),
       reactions_(renderer, "Reaction", "N", kReactionColor),
+      contacts_(renderer, "Contact", "N", kContactColor),
+      obstacles_(renderer),
       color_bar_(gutter) {
   vtkMapper::SetResolveCoincidentTopologyToPolygonOffset();
   for (vtkFloatArray* array : {point_values_.Get(), triangle_values_.Get(), cell_values_.Get()}) {
@@ -191,6 +194,7 @@ void BodyScene::set_body(std::shared_ptr<const BodyShape> shape) {
   const double diagonal = size();
   axes_->SetTotalLength(0.25 * diagonal, 0.25 * diagonal, 0.25 * diagonal);
   center_->SetRadius(0.015 * diagonal);
+  obstacles_.set(nullptr);
   last_.reset();
   color_bar_.forget_range();
   update_clip();
@@ -221,6 +225,7 @@ void BodyScene::set_state(std::shared_ptr<const Snapshot> next) {
     data->Modified();
   }
   grid_->Modified();
+  obstacles_.set(snapshot.obstacles);
   last_ = std::move(next);
   update_arrows();
 }
@@ -289,6 +294,9 @@ void BodyScene::set_drawing(const DrawingSettings& drawing) {
   forces_.set_visible(drawing.forces);
   momenta_.set_visible(drawing.momenta);
   reactions_.set_visible(drawing.reactions);
+  contacts_.set_visible(drawing.contacts);
+  obstacles_.set_visible(drawing.obstacles);
+  obstacles_.set_dark(dark);
 
   constexpr double kRadian = std::numbers::pi / 180.0;
   const double azimuth = drawing.light_azimuth * kRadian;
@@ -316,6 +324,7 @@ void BodyScene::set_pixel_ratio(double ratio) {
   selected_actor_->GetProperty()->SetPointSize(9.0F * size);
   area_actor_->GetProperty()->SetPointSize(5.0F * size);
   drag_actor_->GetProperty()->SetLineWidth(2.0F * size);
+  obstacles_.set_pixel_ratio(ratio);
   for (vtkActor* actor : {surface_actor_.Get(), section_actor_.Get(), edge_actor_.Get(),
                           rest_actor_.Get(), ghost_actor_.Get()}) {
     actor->GetProperty()->SetLineWidth(size);
@@ -403,10 +412,12 @@ void BodyScene::update_arrows() {
       legend += (legend.empty() ? "" : "\n") + text;
     }
   };
-  draw(forces_, last_->external_force,
-       forces_.visible() ? outward_normals(last_->position) : Vector());
+  const Vector normals =
+      forces_.visible() || contacts_.visible() ? outward_normals(last_->position) : Vector();
+  draw(forces_, last_->external_force, normals);
   draw(momenta_, last_->momentum);
   draw(reactions_, last_->reaction_force);
+  draw(contacts_, last_->contact_force, normals);
   // Texts are changed rarely, because numbers that change in every picture cannot be read and text is slow
   // to draw.
   if (texts_due_) arrow_legend_->SetInput(legend.c_str());

@@ -15,6 +15,7 @@
 #include "body_shape.h"
 #include "color_bar.h"
 #include "drawing_settings.h"
+#include "drawn_obstacles.h"
 #include "viewer/snapshot.h"
 
 class vtkActor;
@@ -132,7 +133,8 @@ class BodyScene {
   std::array<vtkNew<vtkTextActor>, 2> extremes_;  // the marks of the least and the largest value
   std::chrono::steady_clock::time_point texts_changed_;
   bool texts_due_ = true;
-  BodyArrows forces_, momenta_, reactions_;
+  BodyArrows forces_, momenta_, reactions_, contacts_;
+  DrawnObstacles obstacles_;
   ColorBar color_bar_;
 };
 

@@ -134,11 +134,24 @@ std::vector<Index> BodyView::vertices_in(const QRect& band, bool through) {
   const int* size = window_->GetSize();
   vtkNew<vtkFloatArray> depths;
   window_->GetZbufferData(0, 0, size[0] - 1, size[1] - 1, depths);
-  std::erase_if(inside, [&](Index v) {
+  const auto place_of = [&](Index v) {
     const Vector3 x = vertex_block(drawn_->position, v);
     renderer_->SetWorldPoint(x.x(), x.y(), x.z(), 1.0);
     renderer_->WorldToDisplay();
-    const double* place = renderer_->GetDisplayPoint();
+    return Vector3(renderer_->GetDisplayPoint());
+  };
+  // The range of the depths is that of the body: obstacles may be much nearer and farther.
+  double least = 1.0;
+  double most = 0.0;
+  for (Index v = 0; v < drawn_->position.size() / 3; ++v) {
+    const double depth = place_of(v)[2];
+    least = std::min(least, depth);
+    most = std::max(most, depth);
+  }
+  constexpr double kSlackOfRange = 5e-3;
+  const double slack = kSlackOfRange * std::max(0.0, most - least);
+  std::erase_if(inside, [&](Index v) {
+    const Vector3 place = place_of(v);
     constexpr int kAround = 1;  // pixels
     double farthest = 0.0;
     for (int i = -kAround; i <= kAround; ++i) {
@@ -148,8 +161,7 @@ std::vector<Index> BodyView::vertices_in(const QRect& band, bool through) {
         farthest = std::max<double>(farthest, depths->GetValue(row * size[0] + column));
       }
     }
-    constexpr double kSlack = 2e-3;  // of the depth, which is 0 to 1 around the body
-    return place[2] > farthest + kSlack;
+    return place[2] > farthest + slack;
   });
   return inside;
 }

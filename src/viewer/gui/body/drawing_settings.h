@@ -21,9 +21,10 @@ struct DrawingSettings {
   bool automatic_range = true;   ///< whether the colour range follows the data
   double range[2] = {0.0, 1.0};  ///< colour range if it is not automatic, in the field's unit
   double displacement_scale = 1.0;
-  bool forces = true, momenta = false, reactions = false;
+  bool forces = true, momenta = false, reactions = false, contacts = false;
   double arrow_scale = 1.0;  ///< factor of the usual length of arrows
-  bool fixed = true, rest = false, ghost = false, axes = false, center = true, cube = true;
+  bool fixed = true, rest = false, ghost = false, axes = false, center = true, cube = true,
+       obstacles = true;
   bool clip = false;
   int clip_axis = 0;  ///< 0, 1, 2: x, y, z
   bool clip_flipped = false;

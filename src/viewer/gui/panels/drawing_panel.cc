@@ -170,6 +170,9 @@ DrawingPanel::DrawingPanel(QWidget* parent) : QWidget(parent) {
             &DrawingSettings::momenta);
   add_check(arrow_kinds, tr("Reactions"), "reactions",
             tr("Forces of what holds vertices, N (green)"), &DrawingSettings::reactions);
+  add_check(arrow_kinds, tr("Contact"), "contacts",
+            tr("Forces of obstacles on vertices, without friction, N (amber)"),
+            &DrawingSettings::contacts);
   arrows->addRow(arrow_kinds);
   add_slider(arrows, tr("Length"), "arrow_scale",
              tr("Length of the longest arrow, 0.1 to 4 times the usual one"), 1, 40, 0.1,
@@ -189,6 +192,9 @@ DrawingPanel::DrawingPanel(QWidget* parent) : QWidget(parent) {
   add_check(right, tr("Axes"), "axes", tr("Axes at the origin"), &DrawingSettings::axes);
   add_check(right, tr("Attraction centre"), "center",
             tr("Where the attraction pulls to, while there is one"), &DrawingSettings::center);
+  add_check(left, tr("Obstacles"), "obstacles",
+            tr("Planes, spheres, cylinders and boxes that the body may touch"),
+            &DrawingSettings::obstacles);
   add_check(right, tr("Cube"), "cube", tr("Axes in the corner; a click on a face looks from there"),
             &DrawingSettings::cube);
   grid->addLayout(left, 0, 0);

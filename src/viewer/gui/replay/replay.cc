@@ -16,7 +16,9 @@
 #include <sstream>
 
 #include "core/quoting.h"
+#include "io/results/run_files.h"
 #include "io/text/text_scanner.h"
+#include "io/vtk/obstacle_grid.h"
 #include "tetraction/core/error.h"
 #include "tetraction/io/frame_reader.h"
 #include "tetraction/io/mesh_reader.h"
@@ -163,13 +165,21 @@ void Replay::read_collection(const std::string& path) {
       continue;
     }
     bool is_number = false;
-    times_.push_back(xml.attributes().value(QLatin1String("timestep")).toDouble(&is_number));
+    const double time = xml.attributes().value(QLatin1String("timestep")).toDouble(&is_number);
     const std::string name = xml.attributes().value(QLatin1String("file")).toString().toStdString();
-    if (!is_number || !std::isfinite(times_.back()) || name.empty()) {
+    if (!is_number || !std::isfinite(time) || name.empty()) {
       throw FileError(
           fmt::format("{}:{}: an entry without a time or a file.", path, xml.lineNumber()));
     }
-    files_.push_back((fs::path(directory_) / name).string());
+    const fs::path file = fs::path(directory_) / name;
+    if (is_obstacle_frame_name(file.filename().string())) {
+      // They follow the frame that they belong to.
+      if (!obstacle_files_.empty()) obstacle_files_.back() = file.string();
+      continue;
+    }
+    times_.push_back(time);
+    files_.push_back(file.string());
+    obstacle_files_.emplace_back();
   }
   if (xml.hasError()) {
     throw FileError(
@@ -253,6 +263,16 @@ Snapshot Replay::snapshot_at(std::size_t i) const {
   return snapshot;
 }
 
+std::shared_ptr<const ObstacleSurface> Replay::obstacles_at(std::size_t i) const {
+  const std::string& path = obstacle_files_[i];
+  if (path.empty()) return nullptr;
+  if (path != obstacles_from_) {
+    obstacles_ = read_obstacle_file(path);
+    obstacles_from_ = path;
+  }
+  return obstacles_;
+}
+
 std::size_t Replay::frame_at(double time) const {
   const auto next = std::lower_bound(times_.begin(), times_.end(), time);
   const auto i = static_cast<std::size_t>(next - times_.begin());
@@ -264,7 +284,8 @@ std::shared_ptr<const Snapshot> Replay::frame(std::size_t i, ColorField field) c
   if (motion_) return frame_of_mode(i, field);
   const std::string& path = files_[i];
   std::vector<std::string> point_names{"displacement",   "velocity",       "momentum",
-                                       "external_force", "reaction_force", "fixed"};
+                                       "external_force", "reaction_force", "fixed",
+                                       "contact_force"};
   std::vector<std::string> cell_names;
   const Quantity* drawn =
       field != nullptr ? &drawn_quantity(*field, mesh_.is_quadratic()) : nullptr;
@@ -303,6 +324,9 @@ std::shared_ptr<const Snapshot> Replay::frame(std::size_t i, ColorField field) c
   snapshot->momentum = vectors(frame.point_arrays[2], n);
   snapshot->external_force = vectors(frame.point_arrays[3], n);
   snapshot->reaction_force = vectors(frame.point_arrays[4], n);
+  if (frame.point_arrays[6].rows() == 3)
+    snapshot->contact_force = vectors(frame.point_arrays[6], n);
+  snapshot->obstacles = obstacles_at(i);
   const Matrix& fixed = frame.point_arrays[5];
   snapshot->fixed.assign(static_cast<std::size_t>(n), 0);
   for (Index v = 0; v < fixed.cols(); ++v) {

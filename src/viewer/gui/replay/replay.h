@@ -45,11 +45,16 @@ class Replay {
   void read_history(const std::string& path);
   void read_probes(const std::string& path);
   Snapshot snapshot_at(std::size_t i) const;
+  std::shared_ptr<const ObstacleSurface> obstacles_at(std::size_t i) const;
   std::shared_ptr<const Snapshot> frame_of_mode(std::size_t i, ColorField field) const;
 
   std::string directory_;
   std::vector<double> times_;
   std::vector<std::string> files_;
+  std::vector<std::string> obstacle_files_;  // of each frame; empty without obstacles
+  // The obstacles that were read last, which many frames have in common.
+  mutable std::string obstacles_from_;
+  mutable std::shared_ptr<const ObstacleSurface> obstacles_;
   TetMesh mesh_;
   Vector rest_;
   std::optional<ModeMotion> motion_;

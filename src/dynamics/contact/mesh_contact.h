@@ -1,0 +1,95 @@
+// Contact of a surface with a rigid surface of triangles.
+#pragma once
+
+#include <vector>
+
+#include "dynamics/contact/mesh_candidates.h"
+#include "dynamics/contact/obstacle_contact.h"
+#include "dynamics/contact/pair_potential.h"
+#include "dynamics/contact/point_on_mesh.h"
+#include "dynamics/contact/triangle_mesh.h"
+
+namespace tetraction {
+
+/// The potential has three sums:
+///
+/// - the vertices of the surface, with their areas, against the mesh (PointOnMesh): in front of a flat part of the
+///   mesh each has exactly its area times U_b of its distance,
+/// - vertices of the mesh against triangles of the surface, and
+/// - edges of the surface against edges of the mesh, with the mollifier of pair_potential.h.
+///
+/// The last two keep corners and edges of the mesh out of the surface between its vertices. Their weight is
+/// 0.05 of the mean area of the vertices of the surface's triangle or edge. Edges and vertices inside flat parts
+/// of the mesh take no part in them: a body cannot reach one before its own vertices or an edge of the flat part
+/// stop it. On a flat part the pressure κ|β′| is therefore exact.
+///
+/// Something penetrates where an edge of the surface crosses a triangle of the mesh, an edge of the mesh crosses a
+/// triangle of the surface, or two features touch. Both sides of the mesh act: a watertight mesh is a solid for
+/// bodies outside and a container for those inside.
+class MeshContact final : public ObstacleContact {
+ public:
+  MeshContact(TriangleMesh mesh, ContactSurface surface, const Barrier& barrier);
+
+  const TriangleMesh& mesh() const { return mesh_; }
+
+  bool couples_vertices() const override { return true; }
+  double energy(const Vector& x) const override;
+  void add_gradient(const Vector& x, Vector& gradient) const override;
+  void add_hessian(const Vector& x, bool convex, SurfaceBlocks& blocks) const override;
+  void add_discrete_gradient(const Vector& from, const Vector& to, Vector& gradient) const override;
+  void add_discrete_hessian(const Vector& from, const Vector& to, bool convex,
+                            SurfaceBlocks& blocks) const override;
+  Index penetrating_vertex(const Vector& x) const override;
+  double longest_step(const Vector& x, const Vector& d) const override;
+  void clear_way(const Vector& from, Vector& x) const override;
+  void add_support(const Vector& x, SurfaceBlocks& blocks) const override;
+  double smallest_gap(const Vector& x) const override;
+  void vertex_gaps(const Vector& x, Vector& gaps) const override;
+  void contact_points(const Vector& x, std::vector<ContactPoint>& points) const override;
+  void mean_contact_points(const Vector& from, const Vector& to,
+                           std::vector<ContactPoint>& points) const override;
+  void stiffness_under_pressure(double pressure, Vector& bound) const override;
+
+ private:
+  // A pair of four points, of which those of the surface have these numbers, from `first` on.
+  struct MovingPair {
+    ContactPair pair;
+    std::array<Index, 3> vertices{};
+    int count = 0;                               // of the surface's points
+    int first = 0;                               // the place of the first of them among the four
+    Index mesh_item = 0;                         // the vertex or the edge of the mesh
+    PairPoints rest_of_it = PairPoints::Zero();  // the mesh's points
+
+    PairPoints points(const Vector& x) const;
+  };
+  // A way and the pairs near it; the last one is kept.
+  struct Way {
+    Vector from;
+    Vector to;
+    MeshCandidates near;
+    std::vector<MovingPair> pairs;
+    bool checked = false;  // whether `penetrating` is known
+    Index penetrating = -1;
+  };
+
+  MovingPair vertex_face(Index vertex, Index triangle) const;
+  MovingPair edge_edge(Index edge, Index other) const;
+  // Of single positions: from == to.
+  const Way& state(const Vector& x) const;
+  const Way& way(const Vector& from, const Vector& to) const;
+  void prepare(Way& way, const Vector& from, const Vector& to) const;
+  Index find_penetrating_vertex(const Vector& x) const;
+  std::vector<double> free_parts(const MeshCandidates& near, const Vector& x,
+                                 const Vector& d) const;
+  void add_blocks(const Way& way, bool convex, const std::vector<Matrix3>& own,
+                  std::vector<PairMatrix>& coupled, SurfaceBlocks& blocks) const;
+
+  TriangleMesh mesh_;
+  ContactSurface surface_;
+  Barrier barrier_;
+  double mean_area_ = 0.0;
+  mutable Way state_;
+  mutable Way way_;
+};
+
+}  // namespace tetraction

@@ -1,0 +1,237 @@
+// Where a surface touches a rigid mesh on its way.
+#include <Eigen/Geometry>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "additive_ccd.h"
+#include "core/disjoint_sets.h"
+#include "mesh_contact.h"
+#include "tetraction/core/parallel.h"
+
+namespace tetraction {
+namespace {
+
+constexpr Index kMotionGrain = 64;
+// Rounds of clear_way() before the whole surface goes a common part of the way.
+constexpr int kClearingRounds = 40;
+// The part of the way to the first touch that is kept.
+constexpr double kPartOfWay = 0.9;
+
+std::size_t item(Index i) {
+  return static_cast<std::size_t>(i);
+}
+
+// Whether the edge from a to b crosses the triangle from one side to the other, its border included.
+bool crosses(const Vector3& a, const Vector3& b, const Vector3& p, const Vector3& q,
+             const Vector3& r) {
+  const Vector3 normal = (q - p).cross(r - p);
+  const double from = normal.dot(a - p);
+  const double to = normal.dot(b - p);
+  if (!((from < 0.0 && to > 0.0) || (from > 0.0 && to < 0.0))) return false;
+  const Vector3 along = b - a;
+  const double u = along.dot((p - a).cross(q - a));
+  const double v = along.dot((q - a).cross(r - a));
+  const double w = along.dot((r - a).cross(p - a));
+  return (u >= 0.0 && v >= 0.0 && w >= 0.0) || (u <= 0.0 && v <= 0.0 && w <= 0.0);
+}
+
+}  // namespace
+
+Index MeshContact::find_penetrating_vertex(const Vector& x) const {
+  const Index count = x.size() / 3;
+  Index first = count;
+  const auto& points = mesh_.points();
+  const auto pierces = [&](std::span<const Index> vertices) {
+    for (const Index i : vertices) first = std::min(first, i);
+  };
+  // Features that touch.
+  const MeshCandidates near = find_candidates(mesh_, surface_, x, x, 0.0, MeshFeatures::kAll);
+  const PointOnMesh point(mesh_, barrier_);
+  for (std::size_t k = 0; k < near.vertices.size(); ++k) {
+    const Index i = near.vertices[k];
+    if (!(point.distance(near.triangles_of(k), vertex_block(x, i)) > 0.0)) pierces({&i, 1});
+  }
+  for (const auto& [i, t] : near.vertex_faces) {
+    const MovingPair moving = vertex_face(i, t);
+    if (!(pair_distance(moving.pair.kind, moving.points(x)).squared > 0.0)) {
+      pierces(moving.vertices);
+    }
+  }
+  for (const auto& [e, other] : near.edge_edges) {
+    const MovingPair moving = edge_edge(e, other);
+    if (!(pair_distance(moving.pair.kind, moving.points(x)).squared > 0.0)) {
+      pierces(surface_.edges[item(e)]);
+    }
+  }
+  // Edges that cross triangles.
+  const auto smallest_of = [&](Index items, const auto& vertex_of) {
+    constexpr Index kPiece = 256;
+    const Index pieces = (items + kPiece - 1) / kPiece;
+    std::vector<Index> least(item(pieces), count);
+    parallel_for(pieces, 1, [&](Index begin, Index end) {
+      std::vector<Index> found;
+      for (Index piece = begin; piece < end; ++piece) {
+        const Index last = std::min(items, (piece + 1) * kPiece);
+        for (Index k = piece * kPiece; k < last; ++k) {
+          found.clear();
+          least[item(piece)] = std::min(least[item(piece)], vertex_of(k, found));
+        }
+      }
+    });
+    for (const Index i : least) first = std::min(first, i);
+  };
+  smallest_of(static_cast<Index>(surface_.edges.size()), [&](Index e, std::vector<Index>& found) {
+    const auto& [i, j] = surface_.edges[item(e)];
+    Box box;
+    box.add(vertex_block(x, i));
+    box.add(vertex_block(x, j));
+    mesh_.triangle_tree().query(box.widened(0.0), found);
+    for (const Index t : found) {
+      const auto& corner = mesh_.triangles()[item(t)];
+      if (crosses(vertex_block(x, i), vertex_block(x, j), points[item(corner[0])],
+                  points[item(corner[1])], points[item(corner[2])])) {
+        return std::min(i, j);
+      }
+    }
+    return count;
+  });
+  smallest_of(static_cast<Index>(surface_.triangles.size()),
+              [&](Index t, std::vector<Index>& found) {
+                const auto& corner = surface_.triangles[item(t)];
+                Box box;
+                for (const Index i : corner) box.add(vertex_block(x, i));
+                mesh_.edge_tree().query(box.widened(0.0), found);
+                for (const Index e : found) {
+                  const auto& [i, j] = mesh_.edges()[item(e)];
+                  if (crosses(points[item(i)], points[item(j)], vertex_block(x, corner[0]),
+                              vertex_block(x, corner[1]), vertex_block(x, corner[2]))) {
+                    return std::min({corner[0], corner[1], corner[2]});
+                  }
+                }
+                return count;
+              });
+  return first == count ? -1 : first;
+}
+
+// first_touch() of all pairs on the way from x to x + d: vertices of the surface with each of their triangles,
+// vertices of the mesh, and edges.
+std::vector<double> MeshContact::free_parts(const MeshCandidates& near, const Vector& x,
+                                            const Vector& d) const {
+  const std::size_t singles = near.triangles.size();
+  const std::size_t faces = near.vertex_faces.size();
+  std::vector<Index> vertex_of(singles);
+  for (std::size_t k = 0; k < near.vertices.size(); ++k) {
+    for (std::size_t m = near.starts[k]; m < near.starts[k + 1]; ++m) {
+      vertex_of[m] = near.vertices[k];
+    }
+  }
+  std::vector<double> parts(singles + faces + near.edge_edges.size());
+  const double cap = barrier_.thickness;
+  parallel_for(static_cast<Index>(parts.size()), kMotionGrain, [&](Index begin, Index end) {
+    for (std::size_t k = item(begin); k < item(end); ++k) {
+      if (k < singles) {
+        PairPoints p;
+        PairPoints m = PairPoints::Zero();
+        p.col(0) = vertex_block(x, vertex_of[k]);
+        m.col(0) = vertex_block(d, vertex_of[k]);
+        const auto& corners = mesh_.triangles()[item(near.triangles[k])];
+        for (int c = 0; c < 3; ++c) {
+          p.col(c + 1) = mesh_.points()[item(corners[static_cast<std::size_t>(c)])];
+        }
+        parts[k] = first_touch(PairKind::kPointTriangle, p, m, cap);
+        continue;
+      }
+      const std::size_t rest = k - singles;
+      MovingPair moving =
+          rest < faces
+              ? vertex_face(near.vertex_faces[rest][0], near.vertex_faces[rest][1])
+              : edge_edge(near.edge_edges[rest - faces][0], near.edge_edges[rest - faces][1]);
+      const PairPoints p = moving.points(x);
+      moving.rest_of_it.setZero();
+      parts[k] = first_touch(moving.pair.kind, p, moving.points(d), cap);
+    }
+  });
+  return parts;
+}
+
+double MeshContact::longest_step(const Vector& x, const Vector& d) const {
+  if (!x.allFinite() || !d.allFinite()) return 0.0;
+  const MeshCandidates near =
+      find_candidates(mesh_, surface_, x, x + d, 0.1 * barrier_.thickness, MeshFeatures::kAll);
+  double longest = 1.0;
+  for (const double part : free_parts(near, x, d)) longest = std::min(longest, part);
+  return longest;
+}
+
+void MeshContact::clear_way(const Vector& from, Vector& x) const {
+  const Index count = x.size() / 3;
+  // A vertex that goes nowhere has no way to be shortened.
+  for (Index i = 0; i < count; ++i) {
+    if (!vertex_block(x, i).allFinite()) vertex_block(x, i) = vertex_block(from, i);
+  }
+  const Vector whole = x - from;
+  Vector part = Vector::Ones(count);
+  DisjointSets sets(count);
+  bool vertices_only = true;
+  for (int round = 0; round < kClearingRounds; ++round) {
+    const Vector d = x - from;
+    MeshCandidates near =
+        find_candidates(mesh_, surface_, from, x, 0.1 * barrier_.thickness, MeshFeatures::kAll);
+    // At first each vertex by itself, which often clears the way of faces and edges, too.
+    if (vertices_only) {
+      near.vertex_faces.clear();
+      near.edge_edges.clear();
+    }
+    const std::vector<double> free = free_parts(near, from, d);
+    Vector allowed = Vector::Ones(count);
+    bool clear = true;
+    const auto limit = [&](std::span<const Index> vertices, double t) {
+      if (t >= 1.0) return;
+      clear = false;
+      for (const Index i : vertices) {
+        allowed[i] = std::min(allowed[i], kPartOfWay * t);
+        sets.join(vertices[0], i);
+      }
+    };
+    std::size_t k = 0;
+    for (std::size_t v = 0; v < near.vertices.size(); ++v) {
+      for (std::size_t m = near.starts[v]; m < near.starts[v + 1]; ++m) {
+        limit({&near.vertices[v], 1}, free[k++]);
+      }
+    }
+    for (const auto& pair : near.vertex_faces) limit(surface_.triangles[item(pair[1])], free[k++]);
+    for (const auto& pair : near.edge_edges) limit(surface_.edges[item(pair[0])], free[k++]);
+    if (clear && !vertices_only) return;
+    vertices_only = vertices_only && !clear;
+    if (clear) continue;
+    // Each set goes the shortest part of the way that one of its vertices may go.
+    Index set_count = 0;
+    const std::vector<Index> set = sets.numbers(set_count);
+    Vector of_set = Vector::Ones(set_count);
+    for (Index i = 0; i < count; ++i) {
+      double& least = of_set[set[item(i)]];
+      least = std::min(least, part[i] * allowed[i]);
+    }
+    for (Index i = 0; i < count; ++i) {
+      part[i] = of_set[set[item(i)]];
+      if (part[i] < 1.0) {
+        vertex_block(x, i) = vertex_block(from, i) + part[i] * vertex_block(whole, i);
+      }
+    }
+  }
+  // `from` is clear, so that a common part of what is left is.
+  const Vector d = x - from;
+  x = from + (kPartOfWay * longest_step(from, d)) * d;
+}
+
+// A surface of triangles may support in all directions.
+void MeshContact::add_support(const Vector& x, SurfaceBlocks& blocks) const {
+  const double stiffness = barrier_.stiffness / barrier_.thickness;
+  for (Index v = 0; 3 * v < x.size(); ++v) {
+    blocks.add(v, surface_.areas[static_cast<std::size_t>(v)] * stiffness * Matrix3::Identity());
+  }
+}
+
+}  // namespace tetraction
