@@ -221,9 +221,10 @@ TEST(ObstacleSurfaceTest, AMeshHasItsTrianglesSeenFromBothSides) {
 }
 
 TEST(ObstacleSurfaceTest, TheBodysPlaceIsThatOfItsBox) {
-  Vector rest(6);
-  rest << 0.0, 0.0, 0.0, 3.0, 4.0, 12.0;
-  Vector position = rest;
+  Vector rest = Vector::Zero(6);
+  rest.tail<3>() = Vector3(3.0, 4.0, 12.0);
+  Vector position = Vector::Zero(6);
+  position.tail<3>() = rest.tail<3>();
   position[0] = -1.0;
   const BodyPlace place = body_place(rest, position);
   EXPECT_EQ(place.diagonal, 13.0);
