@@ -102,11 +102,7 @@ INSTANTIATE_TEST_SUITE_P(Rules, FlatMesh,
                          testing::Values(Integrator::kExplicit, Integrator::kVerlet,
                                          Integrator::kMidpoint, Integrator::kBackwardEuler,
                                          Integrator::kEnergyMomentum),
-                         [](const auto& info) {
-                           std::string name = to_string(info.param);
-                           name.erase(std::remove(name.begin(), name.end(), '-'), name.end());
-                           return name;
-                         });
+                         name_of_rule);
 
 // The corner of a box that stands on a spike touches no vertex of the body: its own vertices and edges must keep the
 // two apart, and energy-momentum keeps the energy.
