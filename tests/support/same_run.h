@@ -37,6 +37,14 @@ inline std::vector<double> numbers_of(const BalanceSums& sums) {
         sums.largest_allowed_residual}) {
     numbers.push_back(number);
   }
+  numbers.push_back(sums.friction_dissipation);
+  for (const ObstacleImpulse& obstacle : sums.obstacles) {
+    for (Index i = 0; i < 3; ++i) {
+      numbers.push_back(obstacle.linear[i]);
+      numbers.push_back(obstacle.angular[i]);
+    }
+    numbers.push_back(obstacle.largest_force);
+  }
   return numbers;
 }
 
