@@ -7,7 +7,6 @@
 
 #include "support/runs.h"
 #include "tetraction/dynamics/contact/barrier.h"
-#include "tetraction/dynamics/contact/contact.h"
 
 namespace tetraction::testing_support {
 

@@ -230,17 +230,7 @@ TEST(Contact, CreepsWhereItSticks) {
   EXPECT_NEAR(session.balance().momenta().linear.x() / kBlockMass, creep, 2e-3 * creep);
 }
 
-// The explicit rules let nothing slip that sticks: friction stops a vertex as far as it can.
-TEST(Contact, SticksInExplicitSteps) {
-  for (const Integrator rule : {Integrator::kVerlet, Integrator::kExplicit}) {
-    Scene scene = sliding_block(rule, 0.2, 0.3);
-    scene.damping.viscosity = 200.0;
-    const FinishedRun session(scene);
-    EXPECT_LT(std::abs(session.balance().momenta().linear.x() / kBlockMass), 1e-4);
-    const Vector3 friction = session.balance().sums().obstacles[0].linear;
-    EXPECT_NEAR(friction.x() / friction.y(), -0.2, 2e-3);
-  }
-}
+INSTANTIATE_TEST_SUITE_P(Rules, ContactOf, testing::ValuesIn(all_rules()), name_of_rule);
 
 }  // namespace
 }  // namespace tetraction
