@@ -7,6 +7,7 @@
 
 #include "support/runs.h"
 #include "tetraction/dynamics/contact/barrier.h"
+#include "tetraction/dynamics/contact/contact.h"
 
 namespace tetraction::testing_support {
 

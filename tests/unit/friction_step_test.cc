@@ -19,7 +19,7 @@ using namespace testing_support;
 constexpr double kFrictionBegin = 0.2;
 constexpr double kFrictionStep = 0.01;
 constexpr double kFrictionEnd = kFrictionBegin + kFrictionStep;
-constexpr double kMu = 0.4;
+constexpr double kFriction = 0.4;
 constexpr double kSlipSpeed = 0.3;
 
 struct FrictionCase {
@@ -52,7 +52,7 @@ class FrictionSteps : public testing::TestWithParam<FrictionCase> {
     obstacle_.shape = GetParam().shape;
     obstacle_.thickness = 0.15;
     obstacle_.stiffness = 2e3;
-    obstacle_.friction = kMu;
+    obstacle_.friction = kFriction;
     obstacle_.slip_speed = kSlipSpeed;
     obstacle_.surface = boundary_faces(mesh_);
     if (GetParam().moves) {
@@ -142,11 +142,11 @@ TEST_P(FrictionSteps, KeepCoulombsLaw) {
   const Vector rubbing = forces(step, velocity());
   for (Index v = 0; v < mesh_.vertex_count(); ++v) {
     EXPECT_LE(vertex_block(rubbing, v).norm(),
-              kMu * vertex_block(normal, v).norm() * (1.0 + 1e-12));
+              kFriction * vertex_block(normal, v).norm() * (1.0 + 1e-12));
   }
   const Vector fast = forces(step, 1e4 * jiggled(Vector::Zero(end_.size()), 1.0, 3));
   for (Index v = 0; v < mesh_.vertex_count(); ++v) {
-    const double most = kMu * vertex_block(normal, v).norm();
+    const double most = kFriction * vertex_block(normal, v).norm();
     EXPECT_NEAR(vertex_block(fast, v).norm(), most, 1e-9 * most);
     EXPECT_NEAR(vertex_block(fast, v).dot(vertex_block(normal, v)), 0.0, 1e-9 * most * most);
   }
