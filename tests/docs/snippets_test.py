@@ -3,8 +3,8 @@
 Usage: python3 snippets_test.py PROGRAM SOURCE_TREE [unittest arguments]
 
 Each page has a temporary folder. In it are links to examples/, data/ and tests/ of the source tree, and what pages use as
-examples: SCENE.toml and part.msh, a small clamped beam with groups and arrays of numbers, and stairs.obj. What stands in the fenced blocks
-of a page is taken in its order:
+examples: SCENE.toml and part.msh, a small clamped beam with groups and arrays of numbers, and stairs.obj. What
+stands in the fenced blocks of a page is taken in its order:
 
 - `sh`: the lines are executed by bash. Each must end with the exit code 0, or N if the line ends with `# exit code N`.
 - `toml`: a text with [mesh] and [material] is a scene, any other one takes the place of the sections of SCENE.toml
