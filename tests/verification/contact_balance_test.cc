@@ -32,10 +32,7 @@ struct ObstacleCase {
 };
 
 std::vector<ObstacleCase> obstacle_cases() {
-  ObstacleSettings piston = plane_obstacle("piston", {0.0, -0.05, 0.0});
-  piston.velocity = {0.1, 0.6, 0.0};
   return {{"plane", {plane_obstacle("floor", {0.0, -0.04, 0.0})}},
-          {"piston_and_lid", {piston, plane_obstacle("lid", {0.0, 0.26, 0.0}, {0.0, -1.0, 0.0})}},
           {"ball", {sphere_obstacle("ball", {0.13, -0.35, 0.1}, 0.31)}}};
 }
 
