@@ -29,11 +29,22 @@ Scene flying_cube(Integrator rule, double step, double end) {
 struct ObstacleCase {
   std::string name;
   std::vector<ObstacleSettings> obstacles;
+  double largest_step = 20.0;  // as a multiple of the limit of explicit steps
 };
 
 std::vector<ObstacleCase> obstacle_cases() {
+  ObstacleSettings piston = plane_obstacle("piston", {0.0, -0.05, 0.0});
+  piston.velocity = {0.05, 0.1, 0.0};
+  ObstacleSettings drum = cylinder_obstacle("drum", {0.1, 0.1, 0.1}, {0.0, 0.0, 1.0}, 0.18, true);
+  drum.angular_velocity = {0.0, 0.0, 8.0};
+  ObstacleSettings shaken = room_obstacle("room", {-0.06, -0.05, -0.05}, {0.26, 0.26, 0.25});
+  shaken.velocity = {0.3, 0.5, 0.2};
+  shaken.angular_velocity = {1.0, -2.0, 3.0};
   return {{"plane", {plane_obstacle("floor", {0.0, -0.04, 0.0})}},
-          {"ball", {sphere_obstacle("ball", {0.13, -0.35, 0.1}, 0.31)}}};
+          {"piston_and_lid", {piston, plane_obstacle("lid", {0.0, 0.26, 0.0}, {0.0, -1.0, 0.0})}},
+          {"ball", {sphere_obstacle("ball", {0.13, -0.35, 0.1}, 0.31)}},
+          {"drum_that_turns", {drum}, 1.0},
+          {"room_that_moves", {shaken}}};
 }
 
 class ContactEnergy : public testing::TestWithParam<ObstacleCase> {};
@@ -45,6 +56,7 @@ TEST_P(ContactEnergy, IsKeptAtAnyStep) {
     for (ObstacleSettings& obstacle : scene.obstacle) obstacle.friction = friction;
     const double limit = Session(scene, mesh_of(scene)).initial_limit().critical_step;
     for (const auto& [times, steps] : {std::pair{0.25, 160}, {1.0, 60}, {4.0, 25}, {20.0, 8}}) {
+      if (times > GetParam().largest_step) continue;
       scene.time.step = times * limit;
       scene.time.end = steps * scene.time.step;
       Session session(scene, mesh_of(scene));
@@ -107,6 +119,29 @@ TEST_P(ContactBalance, HasTheImpulsesAndTheWorkOfObstacles) {
   EXPECT_NEAR(balance.constraint_work(), work, (is_exact ? 1e-11 : 0.15) * std::abs(work));
 }
 
+// Two sessions in the middle of an impact with friction: the one that made a checkpoint and the one that is restored.
+TEST_P(ContactBalance, GoesOnFromACheckpointWithTheSameBits) {
+  Scene scene = flying_cube(GetParam(), step(), 0.1);
+  scene.obstacle = obstacle_cases()[4].obstacles;
+  scene.obstacle[0].friction = 0.4;
+  Session continued(scene, mesh_of(scene));
+  while (!(present_gap(continued) < 8e-3)) ASSERT_TRUE(continued.step()) << continued.message();
+  for (int k = 0; k < 3; ++k) ASSERT_TRUE(continued.step()) << continued.message();
+  ASSERT_LT(continued.time(), 0.08);
+  const Checkpoint checkpoint = continued.checkpoint();
+  Session restored(scene, mesh_of(scene));
+  restored.restore(checkpoint);
+  expect_same(continued, restored);
+  while (continued.step()) {
+    ASSERT_TRUE(restored.step()) << restored.message();
+    ASSERT_EQ(continued.state().position, restored.state().position) << continued.step_number();
+  }
+  EXPECT_FALSE(restored.step());
+  EXPECT_EQ(continued.status(), RunStatus::kFinished) << continued.message();
+  EXPECT_GT(continued.balance().friction_dissipation(), 0.0);
+  expect_same(continued, restored);
+}
+
 class ContactThreads : public ContactBalance {
  protected:
   ~ContactThreads() override { set_thread_count(0); }
@@ -117,10 +152,10 @@ TEST_P(ContactThreads, HasTheSameBitsWithAnyNumberOfThreads) {
   Scene scene = flying_cube(GetParam(), is_implicit(GetParam()) ? 1e-3 : 1e-4, 0.0);
   scene.mesh.generate->cells = {11, 11, 11};
   scene.time.end = (is_implicit(GetParam()) ? 2.0 : 20.0) * scene.time.step;
-  ObstacleSettings drum = cylinder_obstacle("drum", {0.1, 0.1, 0.1}, {0.0, 0.0, 1.0}, 0.147, true);
+  ObstacleSettings drum = cylinder_obstacle("drum", {0.1, 0.1, 0.1}, {0.0, 0.0, 1.0}, 0.1432, true);
   drum.friction = 0.3;
   drum.angular_velocity = {0.0, 0.0, 8.0};
-  drum.thickness = 0.02;
+  drum.thickness = 2e-3;
   scene.obstacle = {drum, plane_obstacle("floor", {0.0, -1e-3, 0.0})};
   State first;
   std::vector<double> balance;
