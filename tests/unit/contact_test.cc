@@ -1,4 +1,4 @@
-// Contact of a body with obstacles at rest and in motion: derivatives, the discrete gradient, ways, and what is refused.
+// Contact with obstacles at rest and in motion: derivatives, the discrete gradient, ways, and what is refused.
 #include "tetraction/dynamics/contact/contact.h"
 
 #include <Eigen/Geometry>

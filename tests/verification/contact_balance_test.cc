@@ -82,8 +82,8 @@ class ContactBalance : public testing::TestWithParam<Integrator> {
   static double step() { return is_implicit(GetParam()) ? 2e-3 : 2e-4; }
 };
 
-// The momenta change by the impulses of obstacles, of gravity and of nothing else, with friction, and the work of an obstacle
-// that translates is its impulse times its velocity.
+// The momenta change by the impulses of obstacles, of gravity and of nothing else, with friction. The work of an
+// obstacle that translates is its impulse times its velocity.
 TEST_P(ContactBalance, HasTheImpulsesAndTheWorkOfObstacles) {
   Scene scene = flying_cube(GetParam(), step(), 0.12);
   ObstacleSettings belt = plane_obstacle("belt", {0.0, -0.03, 0.0});

@@ -24,8 +24,8 @@ Selection lower_faces() {
 class ContactPatch : public testing::TestWithParam<bool> {};
 
 // A block under a traction stands on a plane, free to widen. The pressure on the plane is the traction. Linear
-// tetrahedra have it exactly; the corners of quadratic faces, whose consistent weights are zero, have a thousandth of the
-// area, which is the size of the error.
+// tetrahedra have it exactly. The corners of quadratic faces, whose consistent weights are zero, have a thousandth of
+// the area, which is the size of the error.
 TEST_P(ContactPatch, HasAUniformPressure) {
   const bool is_quadratic = GetParam();
   for (const double nu : {0.0, 0.3}) {
@@ -105,10 +105,10 @@ class ContactOf : public testing::TestWithParam<Integrator> {
   }
 };
 
-// A bar with ν = 0 that hits a wall with v₀ = c/1000, of vertices that move along its axis only. The wave of the impact runs
-// to the free end and back, for 2 L/c. All the while the wall presses with ρ c v₀ A, and then the bar leaves it with the
-// velocity v₀. The layer gives way by 1.8 % of its thickness d̂, a tenth of an edge, and so makes the beginning and the
-// end of the pulse last for 4 % of its length.
+// A bar with ν = 0 that hits a wall with v₀ = c/1000, of vertices that move along its axis only. The wave of the
+// impact runs to the free end and back, for 2 L/c. All the while the wall presses with ρ c v₀ A, and then the bar
+// leaves it with the velocity v₀. The layer gives way by 1.8 % of its thickness d̂, a tenth of an edge, and so makes
+// the beginning and the end of the pulse last for 4 % of its length.
 TEST_P(ContactOf, PressesABarThatHitsAWallWithItsImpedance) {
   constexpr double kLength = 1.0;
   constexpr double kWidth = 0.05;
@@ -229,8 +229,8 @@ TEST(Contact, CreepsWhereItSticks) {
   EXPECT_NEAR(session.balance().momenta().linear.x() / kBlockMass, creep, 2e-3 * creep);
 }
 
-// The explicit rules let nothing slip that sticks: friction stops a vertex as far as it can. Released at once, the block
-// shears by twice its strain at rest, which takes twice its weight's part along the slope.
+// The explicit rules let nothing slip that sticks: friction stops a vertex as far as it can. Released at once, the
+// block shears by twice its strain at rest, which takes twice its weight's part along the slope.
 TEST(Contact, SticksInExplicitSteps) {
   for (const Integrator rule : {Integrator::kVerlet, Integrator::kExplicit}) {
     const Scene scene = sliding_block(rule, 0.1, 0.3);
@@ -254,8 +254,8 @@ INSTANTIATE_TEST_SUITE_P(Rules, ContactOf, testing::ValuesIn(all_rules()), name_
 //     F = 4/3 E* √R δ^{3/2},   a = √(R δ),   p₀ = 3 F/(2 π a²),   E* = E/(1 − ν²)
 //
 // so that p₀ = (6 F E*²/(π³ R²))^{1/3}. The block is held at its bottom, at the depth L of fifteen times a, where a
-// half-space would go down by F (1 + ν)(3 − 2 ν)/(2 π E L) (Boussinesq), which counts as a part of δ. Linear tetrahedra of
-// a seventh of a are a little too stiff.
+// half-space would go down by F (1 + ν)(3 − 2 ν)/(2 π E L) (Boussinesq), which counts as a part of δ. Linear tetrahedra
+// of a seventh of a are a little too stiff.
 TEST(Contact, HasThePressureOfHertz) {
   constexpr double kSize = 1.0;
   constexpr double kRadius = 1.0;
