@@ -104,6 +104,20 @@ INSTANTIATE_TEST_SUITE_P(Rules, FlatMesh,
                                          Integrator::kEnergyMomentum),
                          name_of_rule);
 
+// The energies of a body at rest are round-off, and so is the share of them that a residual adds. That must not stop a
+// body which touches nothing.
+TEST(Obstacle, LetsABodyRestThatItDoesNotTouch) {
+  for (const Integrator rule : all_rules()) {
+    Scene scene = falling_block(rule, 1e-3, 0.02);
+    scene.environment = {};
+    scene.initial = {};
+    scene.obstacle.push_back(floor_plane());
+    scene.fix.push_back(fix(SelectPlane{0, 0.0, {}}));
+    Session session(scene, generate_box({0.2, 0.2, 0.2}, {3, 3, 3}));
+    EXPECT_EQ(session.run(), RunStatus::kFinished) << to_string(rule) << ": " << session.message();
+  }
+}
+
 // The corner of a box that stands on a spike touches no vertex of the body: its own vertices and edges must keep the
 // two apart, and energy-momentum keeps the energy.
 TEST(MeshObstacle, KeepsACornerOutOfAFace) {

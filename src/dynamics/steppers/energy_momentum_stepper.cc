@@ -240,9 +240,7 @@ class EnergyMomentumStepper : public ImplicitStepper {
     }
     // Near rest the energies themselves are so small that round-off is a share of them. Such a step is
     // as exact as it can be, and its residual is counted as limited by round-off.
-    const bool is_as_exact_as_can_be =
-        system_.contact() == nullptr && is_round_off(step_, solve_.u(), outcome.minimizer.residual);
-    if (share <= kLargestEnergyShare || is_as_exact_as_can_be) return true;
+    if (share <= kLargestEnergyShare) return true;
     return is_exact_enough(outcome);
   }
 
@@ -252,11 +250,25 @@ class EnergyMomentumStepper : public ImplicitStepper {
     constexpr double kLargestWithContact = 1e-6;
     const double share = energy_share_of_residual();
     if (system_.contact() != nullptr && share <= kLargestWithContact) return true;
+    if (!touches_obstacles() && is_round_off(step_, solve_.u(), outcome.minimizer.residual)) {
+      return true;
+    }
     outcome.status = StepStatus::kNotConverged;
     outcome.message = fmt::format(
         "the equations cannot be solved exactly enough: the step would add {:.1g} of its energy{}",
         share, note_on_layer());
     return false;
+  }
+
+  // Whether the body is in the layer of an obstacle at the beginning or the end of the step.
+  bool touches_obstacles() {
+    const Contact* contact = system_.contact();
+    if (contact == nullptr) return false;
+    const ForcePoint start = system_.force_point(from_->position, from_->time);
+    if (std::isfinite(contact->smallest_gap(start))) return true;
+    step_.positions(solve_.u(), work_);
+    const Vector end = 2.0 * work_ - from_->position;
+    return std::isfinite(contact->smallest_gap(step_.end_point(end)));
   }
 
   // A remark for messages where a body squeezes the layer of an obstacle.
