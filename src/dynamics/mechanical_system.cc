@@ -1,5 +1,4 @@
 #include "tetraction/dynamics/mechanical_system.h"
-#include "tetraction/dynamics/contact/contact.h"
 
 #include <fmt/format.h>
 
@@ -13,6 +12,7 @@
 #include "tetraction/core/error.h"
 #include "tetraction/dynamics/consistent_mass.h"
 #include "tetraction/dynamics/constraints/multipliers.h"
+#include "tetraction/dynamics/contact/contact.h"
 
 namespace tetraction {
 namespace {

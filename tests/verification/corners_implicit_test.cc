@@ -45,7 +45,9 @@ Scene steel_sheet() {
   return scene;
 }
 
-// At rest the clamp carries the weight.
+// At rest the clamp carries the weight. Positions that are rounded by half a unit of the last digit change
+// the forces by 5.7e-5 of their scale (PotentialProblem::round_off()), and the last digits depend on the
+// processor's instructions: no step may end with more than four times as much.
 TEST_P(RestCorner, AThinSheetHasItsWeightInTheClamp) {
   const Scene scene = with_way(steel_sheet(), 0.1, 8.0);
   Session session(scene, mesh_of(scene));
@@ -58,7 +60,7 @@ TEST_P(RestCorner, AThinSheetHasItsWeightInTheClamp) {
   ASSERT_EQ(session.status(), RunStatus::kFinished) << session.message();
   const double weight = session.system().total_mass() * 9.81;
   EXPECT_NEAR(total_reaction(session).y(), weight, 1e-6 * weight);
-  EXPECT_LE(session.balance().residual_over_tolerance() * GetParam().solver.tolerance, 1e-4);
+  EXPECT_LE(session.balance().residual_over_tolerance() * GetParam().solver.tolerance, 4 * 5.7e-5);
 }
 
 // Across the sheet the weight is a small difference of large stresses, and the tolerance is out of

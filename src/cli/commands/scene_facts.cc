@@ -270,6 +270,20 @@ std::string mechanism_line(const Mechanism& mechanism) {
                          : std::string("the supports hold them"));
 }
 
+void print_obstacles(const MechanicalSystem& system) {
+  const Contact* contact = system.contact();
+  if (contact == nullptr) return;
+  print_result("obstacles:\n");
+  for (std::size_t i = 0; i < contact->size(); ++i) {
+    const Obstacle& obstacle = contact->obstacle(i);
+    print_result(
+        "  {}: thickness {:.4g} m, stiffness {:.4g} Pa, friction {:.4g}{}; {} may touch it\n",
+        obstacle.name, obstacle.thickness, obstacle.stiffness, obstacle.friction,
+        obstacle.motion.at_rest() ? "" : ", moves",
+        triangles_text(static_cast<Index>(obstacle.surface.size())));
+  }
+}
+
 }  // namespace
 
 SceneFacts scene_facts(const Scene& scene, const MechanicalSystem& system,
@@ -350,24 +364,6 @@ void print_inertia(const SceneFacts& facts) {
         product / largest);
   }
 }
-
-namespace {
-
-void print_obstacles(const MechanicalSystem& system) {
-  const Contact* contact = system.contact();
-  if (contact == nullptr) return;
-  print_result("obstacles:\n");
-  for (std::size_t i = 0; i < contact->size(); ++i) {
-    const Obstacle& obstacle = contact->obstacle(i);
-    print_result(
-        "  {}: thickness {:.4g} m, stiffness {:.4g} Pa, friction {:.4g}{}; {} may touch it\n",
-        obstacle.name, obstacle.thickness, obstacle.stiffness, obstacle.friction,
-        obstacle.motion.at_rest() ? "" : ", moves",
-        triangles_text(static_cast<Index>(obstacle.surface.size())));
-  }
-}
-
-}  // namespace
 
 void print_loads_and_supports(const SceneFacts& facts, const Scene& scene,
                               const MechanicalSystem& system) {

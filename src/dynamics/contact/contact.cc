@@ -48,6 +48,18 @@ Vector Contact::Unit::local(const ForcePoint& at) const {
   return local(frame(at), at.position);
 }
 
+Vector Contact::Unit::gradient(const Vector& x) const {
+  Vector sum = Vector::Zero(x.size());
+  law->add_gradient(x, sum);
+  return sum;
+}
+
+Vector Contact::Unit::mean_gradient(const Vector& from, const Vector& to) const {
+  Vector sum = Vector::Zero(from.size());
+  law->add_discrete_gradient(from, to, sum);
+  return sum;
+}
+
 void Contact::Unit::scatter(const Matrix3& rotation, const Vector& local, Vector& gradient) const {
   Index i = 0;
   for (const Index v : surface.vertices) {
@@ -136,13 +148,9 @@ double Contact::energy(const ForcePoint& at) const {
 }
 
 void Contact::add_gradient(const ForcePoint& at, Vector& gradient) const {
-  Vector local;
   for (const Unit& unit : units_) {
     const ObstacleFrame frame = unit.frame(at);
-    const Vector x = unit.local(frame, at.position);
-    local.setZero(x.size());
-    unit.law->add_gradient(x, local);
-    unit.scatter(frame.rotation, local, gradient);
+    unit.scatter(frame.rotation, unit.gradient(unit.local(frame, at.position)), gradient);
   }
 }
 
@@ -157,14 +165,12 @@ void Contact::add_hessian(const ForcePoint& at, HessianForm form, HessianBlocks&
 // ΔU − f̄·Δq, with the same f̄ as add_discrete_gradient(). f̄·Δq in the obstacle's frame is ΔU.
 double Contact::driven_work(const ForcePoint& from, const ForcePoint& to) const {
   double work = 0.0;
-  Vector local;
   for (const Unit& unit : units_) {
     const ObstacleMotion& motion = unit.obstacle.motion;
     if (motion.at_rest()) continue;
     const Vector start = unit.local(from);
     const Vector end = unit.local(to);
-    local.setZero(start.size());
-    unit.law->add_discrete_gradient(start, end, local);
+    const Vector local = unit.mean_gradient(start, end);
     const Matrix3 rotation = middle_rotation(motion, from.time, to.time);
     Index i = 0;
     for (const Index v : unit.surface.vertices) {
@@ -182,13 +188,9 @@ double Contact::driven_work(const ForcePoint& from, const ForcePoint& to) const 
 
 void Contact::add_discrete_gradient(const ForcePoint& from, const ForcePoint& to,
                                     Vector& gradient) const {
-  Vector local;
   for (const Unit& unit : units_) {
-    const Vector start = unit.local(from);
-    const Vector end = unit.local(to);
-    local.setZero(start.size());
-    unit.law->add_discrete_gradient(start, end, local);
-    unit.scatter(middle_rotation(unit.obstacle.motion, from.time, to.time), local, gradient);
+    unit.scatter(middle_rotation(unit.obstacle.motion, from.time, to.time),
+                 unit.mean_gradient(unit.local(from), unit.local(to)), gradient);
   }
 }
 
@@ -276,12 +278,10 @@ void Contact::fields(const ForcePoint& at, Vector& pressure, Vector& gap) const 
   const Index count = at.position.size() / 3;
   pressure.setZero(count);
   gap.setConstant(count, kFar);
-  Vector local;
   Vector gaps;
   for (const Unit& unit : units_) {
     const Vector x = unit.local(at);
-    local.setZero(x.size());
-    unit.law->add_gradient(x, local);
+    const Vector local = unit.gradient(x);
     unit.law->vertex_gaps(x, gaps);
     Index i = 0;
     for (const Index v : unit.surface.vertices) {
@@ -307,13 +307,10 @@ ObstacleForce Contact::Unit::resultant(const Matrix3& rotation, const Vector& lo
 
 std::vector<ObstacleForce> Contact::forces(const ForcePoint& at) const {
   std::vector<ObstacleForce> result;
-  Vector local;
   for (const Unit& unit : units_) {
     const ObstacleFrame frame = unit.frame(at);
-    const Vector x = unit.local(frame, at.position);
-    local.setZero(x.size());
-    unit.law->add_gradient(x, local);
-    result.push_back(unit.resultant(frame.rotation, local, at.position));
+    result.push_back(
+        unit.resultant(frame.rotation, unit.gradient(unit.local(frame, at.position)), at.position));
   }
   return result;
 }
@@ -322,13 +319,10 @@ std::vector<ObstacleForce> Contact::mean_forces(const ForcePoint& from,
                                                 const ForcePoint& to) const {
   std::vector<ObstacleForce> result;
   const Vector middle = 0.5 * (from.position + to.position);
-  Vector local;
   for (const Unit& unit : units_) {
-    const Vector start = unit.local(from);
-    local.setZero(start.size());
-    unit.law->add_discrete_gradient(start, unit.local(to), local);
     const Matrix3 rotation = middle_rotation(unit.obstacle.motion, from.time, to.time);
-    result.push_back(unit.resultant(rotation, local, middle));
+    result.push_back(
+        unit.resultant(rotation, unit.mean_gradient(unit.local(from), unit.local(to)), middle));
   }
   return result;
 }

@@ -20,6 +20,9 @@ struct Contact::Unit {
   /// The positions of the surface as the obstacle sees them.
   Vector local(const ForcePoint& at) const;
   Vector local(const ObstacleFrame& frame, const Vector& x) const;
+  /// ∂U/∂x at positions x of the surface, and its mean f̄ over a way, both in the frame of the obstacle.
+  Vector gradient(const Vector& x) const;
+  Vector mean_gradient(const Vector& from, const Vector& to) const;
   /// gradient += the vectors of the surface's vertices, turned into the frame of the body.
   void scatter(const Matrix3& rotation, const Vector& local, Vector& gradient) const;
   /// The sum of minus these vectors as forces at these positions of all vertices.

@@ -126,13 +126,8 @@ void ExplicitContact::enter(const State& from, const State& to, double dt, bool 
   if (contact == nullptr) return;
   outcome.step_size = to.time - from.time;
   const auto add = [&](const State& state) {
-    const std::vector<ObstacleForce> forces =
-        contact->forces(system_.force_point(state.position, state.time));
-    outcome.obstacle_impulses.resize(forces.size());
-    for (std::size_t i = 0; i < forces.size(); ++i) {
-      outcome.obstacle_impulses[i].force += dt * forces[i].force;
-      outcome.obstacle_impulses[i].moment += dt * forces[i].moment;
-    }
+    enter_obstacle_impulses(contact->forces(system_.force_point(state.position, state.time)), dt,
+                            outcome);
   };
   add(from);
   if (twice) add(to);

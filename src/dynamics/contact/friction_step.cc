@@ -65,14 +65,18 @@ void FrictionStep::take(const Vector& mass, const Vector& end_position) {
   }
 }
 
-Vector3 FrictionStep::slip(const Point& point, const Vector& v) const {
+Vector3 FrictionStep::velocity(const Point& point, const Vector& v) {
   Vector3 mean = Vector3::Zero();
   for (int i = 0; i < point.place.count; ++i) {
     const auto n = static_cast<std::size_t>(i);
     mean += point.place.weights.at(n) * vertex_block(v, point.place.vertices.at(n));
   }
-  return tangential(point.place.normal,
-                    rotation(point).transpose() * mean + point.shift / (end_ - begin_));
+  return mean;
+}
+
+Vector3 FrictionStep::slip(const Point& point, const Vector& v) const {
+  return tangential(point.place.normal, rotation(point).transpose() * velocity(point, v) +
+                                            point.shift / (end_ - begin_));
 }
 
 double FrictionStep::factor(const Point& point, double speed) const {
@@ -149,13 +153,7 @@ FrictionPower FrictionStep::power(const Vector& v) const {
     const Vector3 u = slip(point, v);
     const double heat = point.limit * factor(point, u.norm()) * u.squaredNorm();
     power.dissipated += heat;
-    const Vector3 force = -(point.limit * factor(point, u.norm())) * (rotation(point) * u);
-    Vector3 mean = Vector3::Zero();
-    for (int i = 0; i < point.place.count; ++i) {
-      const auto n = static_cast<std::size_t>(i);
-      mean += point.place.weights.at(n) * vertex_block(v, point.place.vertices.at(n));
-    }
-    power.of_obstacles += force.dot(mean) + heat;
+    power.of_obstacles += force(point, u).dot(velocity(point, v)) + heat;
   }
   return power;
 }

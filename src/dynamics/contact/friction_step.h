@@ -63,9 +63,15 @@ class FrictionStep {
     double limit = 0.0;               // μ λ
     Vector3 shift = Vector3::Zero();  // of the slip at v = 0, m
   };
+  // Σ w_i v_i.
+  static Vector3 velocity(const Point& point, const Vector& v);
   // u and the factor f₁(|u|)/|u| of the force −μ λ f₁(|u|)/|u| u.
   Vector3 slip(const Point& point, const Vector& v) const;
   double factor(const Point& point, double speed) const;
+  // The force on the place, in the frame of the body.
+  Vector3 force(const Point& point, const Vector3& u) const {
+    return -(point.limit * factor(point, u.norm())) * (rotation(point) * u);
+  }
   const Matrix3& rotation(const Point& point) const { return frames_[point.obstacle].rotation; }
 
   const Contact* contact_ = nullptr;
@@ -80,11 +86,10 @@ class FrictionStep {
 template <class Add>
 void FrictionStep::for_each_force(const Vector& v, const Add& add) const {
   for (const Point& point : points_) {
-    const Vector3 u = slip(point, v);
-    const Vector3 force = -(point.limit * factor(point, u.norm())) * (rotation(point) * u);
+    const Vector3 whole = force(point, slip(point, v));
     for (int i = 0; i < point.place.count; ++i) {
       const auto k = static_cast<std::size_t>(i);
-      add(point.obstacle, point.place.vertices.at(k), Vector3(point.place.weights.at(k) * force));
+      add(point.obstacle, point.place.vertices.at(k), Vector3(point.place.weights.at(k) * whole));
     }
   }
 }

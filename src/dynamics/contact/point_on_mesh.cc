@@ -64,9 +64,13 @@ double PointOnMesh::distance(std::span<const Index> triangles, const Vector3& x)
   return std::sqrt(smallest);
 }
 
-double PointOnMesh::energy(std::span<const Index> triangles, const Vector3& x) {
+void PointOnMesh::find_shares_at(std::span<const Index> triangles, const Vector3& x) {
   collect_features(triangles);
   find_shares(triangles, x);
+}
+
+double PointOnMesh::energy(std::span<const Index> triangles, const Vector3& x) {
+  find_shares_at(triangles, x);
   double sum = 0.0;
   for (const Share& share : shares_) {
     const double d = mesh_.offset(share.feature, x).norm();
@@ -77,8 +81,7 @@ double PointOnMesh::energy(std::span<const Index> triangles, const Vector3& x) {
 }
 
 Vector3 PointOnMesh::gradient(std::span<const Index> triangles, const Vector3& x) {
-  collect_features(triangles);
-  find_shares(triangles, x);
+  find_shares_at(triangles, x);
   Vector3 sum = Vector3::Zero();
   for (const Share& share : shares_) {
     const Vector3 m = mesh_.offset(share.feature, x);
@@ -89,8 +92,7 @@ Vector3 PointOnMesh::gradient(std::span<const Index> triangles, const Vector3& x
 }
 
 Matrix3 PointOnMesh::hessian(std::span<const Index> triangles, const Vector3& x) {
-  collect_features(triangles);
-  find_shares(triangles, x);
+  find_shares_at(triangles, x);
   Matrix3 sum = Matrix3::Zero();
   for (const Share& share : shares_) {
     const Vector3 m = mesh_.offset(share.feature, x);
@@ -105,8 +107,7 @@ Matrix3 PointOnMesh::hessian(std::span<const Index> triangles, const Vector3& x)
 
 void PointOnMesh::forces(std::span<const Index> triangles, const Vector3& x,
                          std::vector<FeatureForce>& forces) {
-  collect_features(triangles);
-  find_shares(triangles, x);
+  find_shares_at(triangles, x);
   for (const Share& share : shares_) {
     const Vector3 m = mesh_.offset(share.feature, x);
     const double d = m.norm();

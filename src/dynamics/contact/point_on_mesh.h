@@ -59,6 +59,8 @@ class PointOnMesh {
   };
   void collect_features(std::span<const Index> triangles);
   void find_shares(std::span<const Index> triangles, const Vector3& x);
+  // The same of the features of these triangles.
+  void find_shares_at(std::span<const Index> triangles, const Vector3& x);
   template <class Function>
   void for_each_part(std::span<const Index> triangles, const Vector3& from, const Vector3& to,
                      const Function& function);

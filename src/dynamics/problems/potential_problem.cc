@@ -1,5 +1,4 @@
 #include "tetraction/dynamics/problems/potential_problem.h"
-#include "tetraction/dynamics/contact/contact.h"
 
 #include <algorithm>
 #include <array>
@@ -13,6 +12,7 @@
 #include "dynamics/contact/friction_step.h"
 #include "tetraction/core/parallel.h"
 #include "tetraction/dynamics/body_sums.h"
+#include "tetraction/dynamics/contact/contact.h"
 #include "tetraction/fem/step_length.h"
 
 namespace tetraction {

@@ -1,11 +1,11 @@
 #include "tetraction/dynamics/problems/static_problem.h"
-#include "tetraction/dynamics/contact/contact.h"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include "tetraction/dynamics/body_sums.h"
+#include "tetraction/dynamics/contact/contact.h"
 
 namespace tetraction {
 

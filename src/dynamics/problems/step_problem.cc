@@ -1,5 +1,4 @@
 #include "tetraction/dynamics/problems/step_problem.h"
-#include "tetraction/dynamics/contact/contact.h"
 
 #include <algorithm>
 #include <cmath>
@@ -8,6 +7,7 @@
 
 #include "tetraction/core/parallel.h"
 #include "tetraction/dynamics/body_sums.h"
+#include "tetraction/dynamics/contact/contact.h"
 
 namespace tetraction {
 namespace {

@@ -3,6 +3,7 @@
 
 #include <Eigen/Geometry>
 #include <cmath>
+#include <vector>
 
 #include "tetraction/dynamics/mechanical_system.h"
 #include "tetraction/dynamics/steppers/stepper.h"
@@ -45,6 +46,16 @@ struct ImpulseSums {
   }
 };
 
+/// Enters the impulses of obstacles that act with these forces for the time dt.
+inline void enter_obstacle_impulses(const std::vector<ObstacleForce>& forces, double dt,
+                                    StepOutcome& outcome) {
+  outcome.obstacle_impulses.resize(forces.size());
+  for (std::size_t i = 0; i < forces.size(); ++i) {
+    outcome.obstacle_impulses[i].force += dt * forces[i].force;
+    outcome.obstacle_impulses[i].moment += dt * forces[i].moment;
+  }
+}
+
 /// Makes the outcome that of a step which has not failed.
 inline void forget_failure(StepOutcome& outcome) {
   outcome.status = StepStatus::kOk;
@@ -56,7 +67,8 @@ inline void forget_failure(StepOutcome& outcome) {
 inline bool has_finite_balance(const StepOutcome& outcome) {
   return std::isfinite(outcome.elastic_energy) && std::isfinite(outcome.external_work) &&
          std::isfinite(outcome.dissipated_energy) && std::isfinite(outcome.constraint_work) &&
-         outcome.linear_impulse.allFinite() && outcome.angular_impulse.allFinite();
+         std::isfinite(outcome.friction_dissipation) && outcome.linear_impulse.allFinite() &&
+         outcome.angular_impulse.allFinite();
 }
 
 }  // namespace tetraction

@@ -197,8 +197,9 @@ class EnergyMomentumStepper : public ImplicitStepper {
       return false;
     }
     const bool is_exact =
-        step_.roughness() > 1.0 ||
-        (step_.forces() == StepForces::kDiscrete ? polish(outcome) : is_exact_enough(outcome));
+        step_.roughness() > 1.0 || (step_.forces() == StepForces::kDiscrete
+                                        ? polish(outcome)
+                                        : is_exact_enough(energy_share_of_residual(), outcome));
     if (step_.has_following_forces()) step_.take_loads(solve_.u());
     return is_exact;
   }
@@ -241,14 +242,14 @@ class EnergyMomentumStepper : public ImplicitStepper {
     // Near rest the energies themselves are so small that round-off is a share of them. Such a step is
     // as exact as it can be, and its residual is counted as limited by round-off.
     if (share <= kLargestEnergyShare) return true;
-    return is_exact_enough(outcome);
+    return is_exact_enough(share, outcome);
   }
 
   // Where a body squeezes the layer of an obstacle to almost nothing, the layer is so stiff that round-off of
   // positions means large forces. A step must not add energy because of that.
-  bool is_exact_enough(StepOutcome& outcome) {
+  // `share` is that of the energies of the step which the residual adds to them.
+  bool is_exact_enough(double share, StepOutcome& outcome) {
     constexpr double kLargestWithContact = 1e-6;
-    const double share = energy_share_of_residual();
     if (system_.contact() != nullptr && share <= kLargestWithContact) return true;
     if (!touches_obstacles() && is_round_off(step_, solve_.u(), outcome.minimizer.residual)) {
       return true;

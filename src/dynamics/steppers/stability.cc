@@ -388,9 +388,8 @@ double StabilityTracker::critical_step(const Vector& q, Integrator rule, Critica
 double largest_impedance(const MechanicalSystem& system) {
   double largest = 0.0;
   for (Index e = 0; e < system.rest().element_count(); ++e) {
-    const LameParameters lame = system.lame(e);
     const double density = system.element_mass(e) / system.rest().volume(e);
-    largest = std::max(largest, std::sqrt((lame.lambda + 2.0 * lame.mu) * density));
+    largest = std::max(largest, density * wave_speed(system.lame(e), density));
   }
   return largest;
 }

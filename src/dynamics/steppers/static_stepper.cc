@@ -1,5 +1,4 @@
 #include "tetraction/dynamics/steppers/static_stepper.h"
-#include "tetraction/dynamics/contact/contact.h"
 
 #include <fmt/format.h>
 
@@ -13,6 +12,7 @@
 #include "dynamics/constraints/constrained_minimization.h"
 #include "first_guess.h"
 #include "mesh/bounding_box.h"
+#include "tetraction/dynamics/contact/contact.h"
 
 namespace tetraction {
 namespace {

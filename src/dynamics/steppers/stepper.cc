@@ -1,7 +1,7 @@
 #include "tetraction/dynamics/steppers/stepper.h"
-#include "tetraction/dynamics/contact/contact.h"
 
 #include "common_outcome.h"
+#include "tetraction/dynamics/contact/contact.h"
 
 namespace tetraction {
 
@@ -92,11 +92,7 @@ double Stepper::obstacle_work(const State& from, const State& to) const {
 
 void Stepper::add_obstacle_impulses(const std::vector<ObstacleForce>& forces, double dt,
                                     StepOutcome& outcome) {
-  outcome.obstacle_impulses.resize(forces.size());
-  for (std::size_t i = 0; i < forces.size(); ++i) {
-    outcome.obstacle_impulses[i].force += dt * forces[i].force;
-    outcome.obstacle_impulses[i].moment += dt * forces[i].moment;
-  }
+  enter_obstacle_impulses(forces, dt, outcome);
 }
 
 StepOutcome& Stepper::undefined(StepOutcome& outcome, const ForceTerm& term, Index vertex) const {

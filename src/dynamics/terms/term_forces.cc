@@ -1,4 +1,5 @@
 #include "term_forces.h"
+
 #include "tetraction/dynamics/contact/contact.h"
 
 namespace tetraction {

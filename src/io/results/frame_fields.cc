@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "simulation/session/contact_point.h"
 #include "tetraction/dynamics/contact/contact.h"
 #include "tetraction/io/obstacle_surface.h"
 
@@ -24,10 +25,8 @@ Frame make_frame(const Session& session, const std::vector<std::string>& names) 
   }
   if (const Contact* contact = system.contact(); contact != nullptr && system.part() == nullptr) {
     const BodyPlace body = body_place(system.mesh().rest_positions(), session.state().position);
-    // An equilibrium has the load factor as its time.
-    const bool is_static = session.load_path() != nullptr;
-    frame.obstacles = obstacle_surface(*contact, body, is_static ? 0.0 : frame.time,
-                                       is_static ? frame.time : 1.0);
+    const ForcePoint at = contact_point(session, session.present_state());
+    frame.obstacles = obstacle_surface(*contact, body, at.time, at.load_factor);
   }
   return frame;
 }

@@ -1,12 +1,13 @@
 #include "tetraction/simulation/quantities.h"
-#include "tetraction/dynamics/contact/contact.h"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
 
+#include "simulation/session/contact_point.h"
 #include "tetraction/core/parallel.h"
+#include "tetraction/dynamics/contact/contact.h"
 #include "tetraction/dynamics/derived_fields.h"
 #include "tetraction/dynamics/nodal_fields.h"
 #include "tetraction/simulation/session.h"
@@ -80,14 +81,6 @@ Matrix region_numbers(BodyFields& fields) {
   return region;
 }
 
-// Where contact is evaluated: an equilibrium moves obstacles with its loads.
-ForcePoint contact_point(const BodyFields& fields) {
-  const LoadPath* path = fields.session.load_path();
-  ForcePoint at = fields.system.force_point(fields.q, path != nullptr ? 0.0 : fields.state.time);
-  if (path != nullptr) at.load_factor = fields.state.time;
-  return at;
-}
-
 // The pressure of contact, or with `gap` the distance to the nearest obstacle.
 Matrix contact_scalar(BodyFields& fields, bool gap) {
   const Contact* contact = fields.system.contact();
@@ -98,7 +91,7 @@ Matrix contact_scalar(BodyFields& fields, bool gap) {
   }
   Vector pressure;
   Vector gaps;
-  contact->fields(contact_point(fields), pressure, gaps);
+  contact->fields(contact_point(fields.session, fields.state), pressure, gaps);
   for (Index v = 0; v < values.cols(); ++v) {
     values(0, v) = !gap                     ? pressure[v]
                    : std::isfinite(gaps[v]) ? gaps[v]
@@ -110,7 +103,7 @@ Matrix contact_scalar(BodyFields& fields, bool gap) {
 Matrix contact_forces(BodyFields& fields) {
   Vector gradient = Vector::Zero(fields.system.dof_count());
   if (const Contact* contact = fields.system.contact(); contact != nullptr) {
-    contact->add_gradient(contact_point(fields), gradient);
+    contact->add_gradient(contact_point(fields.session, fields.state), gradient);
   }
   return (0.0 - gradient.array()).matrix().reshaped(3, fields.system.vertex_count());
 }

@@ -19,10 +19,10 @@ namespace {
 // The surface of a file in m.
 MeshShape mesh_of(const ObstacleSettings& settings) {
   MeshShape mesh{settings.points, settings.triangles};
-  for (const LengthUnit& unit : length_units()) {
-    if (settings.unit != unit.name) continue;
-    for (Vector3& point : mesh.points) point *= unit.metres;
-  }
+  MeshSettings file;
+  file.unit = settings.unit;
+  const double metres = coordinate_scale(file);
+  for (Vector3& point : mesh.points) point *= metres;
   return mesh;
 }
 
@@ -43,7 +43,8 @@ ObstacleShape shape_of(const ObstacleSettings& settings) {
   return RoomShape{settings.min, settings.max};
 }
 
-Vector3 center_of(const ObstacleSettings& settings) {
+// The point about which an obstacle turns if none is given.
+Vector3 center_of(const ObstacleSettings& settings, const ObstacleShape& shape) {
   switch (settings.kind) {
     case ObstacleKind::kPlane:
     case ObstacleKind::kCylinder:
@@ -51,9 +52,10 @@ Vector3 center_of(const ObstacleSettings& settings) {
     case ObstacleKind::kSphere:
       return settings.center;
     case ObstacleKind::kMesh: {
+      const std::vector<Vector3>& points = std::get<MeshShape>(shape).points;
       Vector3 sum = Vector3::Zero();
-      for (const Vector3& point : mesh_of(settings).points) sum += point;
-      return sum / static_cast<double>(settings.points.size());
+      for (const Vector3& point : points) sum += point;
+      return sum / static_cast<double>(points.size());
     }
     case ObstacleKind::kBox:
       break;
@@ -96,7 +98,7 @@ Obstacle make_obstacle(const ObstacleSettings& settings, const Scene& scene,
   obstacle.shape = shape_of(settings);
   obstacle.motion.velocity = settings.velocity;
   obstacle.motion.angular_velocity = settings.angular_velocity;
-  obstacle.motion.about = settings.about.value_or(center_of(settings));
+  obstacle.motion.about = settings.about.value_or(center_of(settings, obstacle.shape));
   obstacle.motion.history = {settings.from, settings.until,
                              find_amplitude(scene.amplitude, settings.amplitude, settings.where)};
   obstacle.motion.offset = settings.offset;

@@ -8,12 +8,6 @@ namespace {
 constexpr const char* kLinear = "linear";
 constexpr const char* kQuadratic = "quadratic";
 
-std::vector<const char*> length_unit_names() {
-  std::vector<const char*> names;
-  for (const LengthUnit& unit : length_units()) names.push_back(unit.name);
-  return names;
-}
-
 // Length of an edge, or lengths along x, y and z.
 bool has_edge(const GeneratorSettings& generator) {
   return generator.kind == GeneratorKind::kCube || generator.kind == GeneratorKind::kTetrahedron;
@@ -68,6 +62,12 @@ std::string length_unit_conflict(const MeshSettings& mesh) {
 }
 
 }  // namespace
+
+std::vector<const char*> length_unit_names() {
+  std::vector<const char*> names;
+  for (const LengthUnit& unit : length_units()) names.push_back(unit.name);
+  return names;
+}
 
 SceneSection mesh_section() {
   using S = MeshSettings;

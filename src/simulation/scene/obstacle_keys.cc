@@ -14,12 +14,6 @@ using S = ObstacleSettings;
 
 constexpr NumberRange kAnyEnd{.infinity = true};
 
-std::vector<const char*> unit_names() {
-  std::vector<const char*> names;
-  for (const LengthUnit& unit : length_units()) names.push_back(unit.name);
-  return names;
-}
-
 template <ObstacleKind... kinds>
 bool is_one_of(const S& obstacle) {
   return ((obstacle.kind == kinds) || ...);
@@ -131,7 +125,7 @@ SceneSection obstacle_section() {
          .help = "of a mesh: of the file's coordinates",
          .in_file = Written::kUnlessDefault,
          .in_echo = Written::kUnlessDefault},
-        Choice<S>{unit_names(), &S::unit},
+        Choice<S>{length_unit_names(), &S::unit},
         {.used = is_mesh}},
        {{.name = "friction",
          .title = "Friction",

@@ -1,5 +1,4 @@
 #include "tetraction/simulation/scene_objects.h"
-#include "tetraction/dynamics/contact/contact.h"
 
 #include <fmt/format.h>
 
@@ -14,6 +13,7 @@
 #include "initial_state.h"
 #include "setting_keys.h"
 #include "tetraction/core/error.h"
+#include "tetraction/dynamics/contact/contact.h"
 #include "tetraction/dynamics/nodal_volume/nodal_volume.h"
 #include "tetraction/mesh/generate.h"
 #include "tetraction/solver/ceres_minimizer.h"

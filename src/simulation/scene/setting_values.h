@@ -83,6 +83,9 @@ double entry_of(const Json& entry, const NumberRange& range, const Refusal& refu
 /// Throws InputError if a VectorOrField has both a file and a formula.
 void check_field(const FieldSettings& field, const std::string& name);
 
+/// The names that a key with a unit of length may have: those of length_units().
+std::vector<const char*> length_unit_names();
+
 /// The value of one member.
 template <class S, class T>
 class MemberValue : public SettingValue {

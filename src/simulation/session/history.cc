@@ -1,12 +1,13 @@
 #include "tetraction/simulation/history.h"
-#include "tetraction/dynamics/contact/contact.h"
 
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
 
+#include "contact_point.h"
 #include "simulation/stepping/adaptations.h"
 #include "tetraction/dynamics/body_sums.h"
+#include "tetraction/dynamics/contact/contact.h"
 #include "tetraction/dynamics/derived_fields.h"
 #include "tetraction/simulation/equilibrium.h"
 
@@ -140,10 +141,7 @@ std::vector<double> HistoryColumns::values(const Session& session) const {
   for (std::size_t i = 0; i < e.extra_count(); ++i) push(e.extra(i).value);
   if (const Contact* contact = session.system().contact(); contact != nullptr) {
     if (path == nullptr) push(balance.friction_dissipation());
-    const double time = path == nullptr ? session.time() : 0.0;
-    ForcePoint at = session.system().force_point(session.present_state().position, time);
-    if (path != nullptr) at.load_factor = path->factor;
-    push(contact->smallest_gap(at));
+    push(contact->smallest_gap(contact_point(session, session.present_state())));
   }
   const StepControl& control = session.step_control();
   if (has_repeated_) push(control.last_rejected, control.last_substeps);

@@ -27,7 +27,7 @@ class FrictionStep;
 /// (`energy-momentum`, and `midpoint`, for contact only) take a discrete gradient, so that U(q_{k+1}) is
 /// part of the balance and cannot be jumped over.
 ///
-/// The energy of the body contains U. Moving obstacles do work, obstacle_work(), which counts as
+/// The energy of the body contains U. Moving obstacles do work, driven_work(), which counts as
 /// work of constraints. Friction is a FrictionStep (src/dynamics/contact/friction_step.h).
 class Contact : public ForceTerm {
  public:
@@ -82,7 +82,7 @@ class Contact : public ForceTerm {
   std::vector<ObstacleForce> forces(const ForcePoint& at) const;
   /// The same as the means of a step, from the discrete gradient.
   std::vector<ObstacleForce> mean_forces(const ForcePoint& from, const ForcePoint& to) const;
-  /// The vertex that penetrates an obstacle, if there is one.
+  /// A vertex that penetrates an obstacle.
   struct Penetration {
     std::size_t obstacle;
     Index vertex;
@@ -101,7 +101,6 @@ class Contact : public ForceTerm {
  private:
   friend class ExplicitFriction;
   friend class FrictionStep;
-  friend class TurnedBlocks;
   struct Unit;
   std::vector<Unit> units_;
 };
