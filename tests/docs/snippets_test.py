@@ -3,8 +3,8 @@
 Usage: python3 snippets_test.py PROGRAM SOURCE_TREE [unittest arguments]
 
 Each page has a temporary folder. In it are links to examples/, data/ and tests/ of the source tree, and what pages use as
-examples: SCENE.toml and part.msh, a small clamped beam with groups and arrays of numbers. What stands in the fenced blocks
-of a page is taken in its order:
+examples: SCENE.toml and part.msh, a small clamped beam with groups and arrays of numbers, and stairs.obj. What
+stands in the fenced blocks of a page is taken in its order:
 
 - `sh`: the lines are executed by bash. Each must end with the exit code 0, or N if the line ends with `# exit code N`.
 - `toml`: a text with [mesh] and [material] is a scene, any other one takes the place of the sections of SCENE.toml
@@ -80,6 +80,25 @@ select = { group = "loaded" }
 vector = [0.0, 1.0, 0.0]
 [output]
 directory = "out"
+"""
+
+
+# Two steps, in cm, below the beam.
+STAIRS = """
+v -100 -50 -100
+v -100 -50 200
+v 200 -50 -100
+v 200 -50 200
+v 200 -80 -100
+v 200 -80 200
+v 500 -80 -100
+v 500 -80 200
+f 1 2 3
+f 2 4 3
+f 3 4 5
+f 4 6 5
+f 5 6 7
+f 6 8 7
 """
 
 
@@ -184,6 +203,7 @@ class Snippets(unittest.TestCase):
         write_part(os.path.join(self.folder, "part.msh"))
         self.write("SCENE.toml", SCENE)
         self.write("u.csv", "vertex,x,y,z\n10,0.01,0,0\n")
+        self.write("stairs.obj", STAIRS)
         self.python, self.interpreter = "", None
 
     def write(self, name, text):

@@ -197,7 +197,10 @@ void Contact::add_discrete_hessian(const ForcePoint& from, const ForcePoint& to,
   for (const Unit& unit : units_) {
     const Matrix3 rotation = middle_rotation(unit.obstacle.motion, from.time, to.time);
     const ObstacleFrame end = unit.frame(to);
-    TurnedBlocks blocks(unit.surface, rotation, end.rotation, symmetric, hessian);
+    // With two rotations the symmetric part of a block n nᵀ has a negative eigenvalue, −sin²(φ/2) for the angle φ
+    // between them.
+    const Matrix3& right = form == HessianForm::kConvex ? rotation : end.rotation;
+    TurnedBlocks blocks(unit.surface, rotation, right, symmetric, hessian);
     unit.law->add_discrete_hessian(unit.local(from), unit.local(end, to.position),
                                    form == HessianForm::kConvex, blocks);
   }

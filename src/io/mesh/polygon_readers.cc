@@ -125,7 +125,7 @@ class ObjReader {
       } else if (known(word)) {
         in_.skip_line();
       } else {
-        in_.fail(fmt::format("{} is not a keyword of Wavefront files that is known here",
+        in_.fail(fmt::format("{} is not a keyword of Wavefront files that is known here.",
                              in_quotes(excerpt(word, 40))));
       }
     }
