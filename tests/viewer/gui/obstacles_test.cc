@@ -1,6 +1,8 @@
 // Obstacles in the picture.
 #include <QCheckBox>
 #include <QTemporaryDir>
+#include <algorithm>
+#include <iterator>
 
 #include "pictures.h"
 #include "tetraction/io/run_recorder.h"
@@ -37,6 +39,7 @@ class Obstacles : public WindowTest {
   }
   void show_with(std::vector<ObstacleSettings> obstacles) {
     show(beam_with(std::move(obstacles)));
+    window_->messages()->clear();
     raise("dock_drawing");
   }
   // The picture with and without obstacles: whether it differs around a place.
@@ -84,7 +87,10 @@ TEST_F(Obstacles, WallsBetweenTheCameraAndTheBodyAreGridsOnly) {
 TEST_F(Obstacles, MoveWithTheTimeOfTheState) {
   ObstacleSettings moving = ball({0.6, 0.7, 0.15}, 0.2);
   moving.velocity = {1.0, 0.0, 0.0};
-  show_with({moving});
+  Document document = beam_with({moving});
+  document.scene.environment.kind = EnvironmentKind::kGravity;
+  show(std::move(document));
+  raise("dock_drawing");
   const Vector3 at_start(0.45, 0.7, 0.15);
   const Vector3 later(1.15, 0.7, 0.15);
   EXPECT_TRUE(is_drawn_at(at_start));
@@ -127,11 +133,15 @@ TEST_F(Obstacles, AreNoHindranceToTheMouse) {
     return window_->selection();
   };
   show(quiet_beam());
+  raise("dock_drawing");
   const std::vector<Index> without = band();
   EXPECT_GT(without.size(), 20U);
   show_with({floor_at(-0.1), ball({0.8, 0.6, 1.2}, 0.4)});
   pick();
-  EXPECT_EQ(band(), without);
+  const std::vector<Index> with = band();
+  std::vector<Index> others;
+  std::ranges::set_symmetric_difference(with, without, std::back_inserter(others));
+  EXPECT_EQ(others, std::vector<Index>()) << "vertices that only one of the bands has";
 }
 
 TEST_F(Obstacles, ContactForcesHaveArrows) {
@@ -152,7 +162,7 @@ TEST_F(Obstacles, AReplayDrawsThoseOfItsFrames) {
   const QTemporaryDir folder;
   const std::string run = folder.filePath(QStringLiteral("run")).toStdString();
   Document document = beam_with({floor_at(-0.1), moving});
-  document.scene.time.integrator = Integrator::kMidpoint;
+  document.scene.environment.kind = EnvironmentKind::kGravity;
   document.scene.time.step = 1e-2;
   document.scene.time.end = 0.5;
   {

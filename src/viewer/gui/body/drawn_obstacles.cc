@@ -31,11 +31,13 @@ DrawnObstacles::DrawnObstacles(vtkRenderer* renderer) : renderer_(renderer) {
     renderer->AddActor(actor);
   }
   faces_->GetProperty()->SetInterpolationToFlat();
-  faces_->GetProperty()->SetOpacity(0.45);
+  faces_->GetProperty()->SetOpacity(0.55);
   faces_->GetProperty()->BackfaceCullingOn();
+  faces_->GetProperty()->EdgeVisibilityOn();
+  // The grid is seen from both sides, faintly through the faces.
   grid_->GetProperty()->SetRepresentationToWireframe();
   grid_->GetProperty()->LightingOff();
-  grid_->GetProperty()->SetOpacity(0.35);
+  grid_->GetProperty()->SetOpacity(0.2);
   vtkNew<vtkCallbackCommand> widen;
   widen->SetClientData(this);
   widen->SetCallback([](vtkObject*, unsigned long, void* self, void*) {
@@ -80,17 +82,21 @@ void DrawnObstacles::update_visibility() {
 }
 
 void DrawnObstacles::set_dark(bool dark) {
+  // Sand, which no map of colours has.
+  faces_->GetProperty()->SetColor(0.74, 0.69, 0.58);
   if (dark) {
-    faces_->GetProperty()->SetColor(0.62, 0.58, 0.50);
-    grid_->GetProperty()->SetColor(0.85, 0.83, 0.78);
+    faces_->GetProperty()->SetEdgeColor(0.90, 0.87, 0.80);
+    grid_->GetProperty()->SetColor(0.90, 0.87, 0.80);
   } else {
-    faces_->GetProperty()->SetColor(0.60, 0.56, 0.48);
-    grid_->GetProperty()->SetColor(0.30, 0.28, 0.24);
+    faces_->GetProperty()->SetEdgeColor(0.45, 0.41, 0.34);
+    grid_->GetProperty()->SetColor(0.30, 0.27, 0.22);
   }
 }
 
 void DrawnObstacles::set_pixel_ratio(double ratio) {
-  grid_->GetProperty()->SetLineWidth(static_cast<float>(ratio));
+  for (vtkActor* actor : {faces_.Get(), grid_.Get()}) {
+    actor->GetProperty()->SetLineWidth(static_cast<float>(ratio));
+  }
 }
 
 // The range is that of the body when it is called.
