@@ -175,7 +175,6 @@ TEST(TriangleMeshReader, RefusesBrokenFilesWithOneMessage) {
     EXPECT_FALSE(message.empty()) << name;
     EXPECT_NE(message.find(name), std::string::npos) << name << ": " << message;
     EXPECT_EQ(message.find('\n'), std::string::npos) << message;
-    EXPECT_EQ(message.back(), '.') << message;
   }
   EXPECT_NE(surface_refusal("/nowhere/x.stl").find("no such file"), std::string::npos);
   EXPECT_THROW(read_triangle_file("/nowhere/x.ply"), InputError);
