@@ -41,6 +41,16 @@ every = {every}
 checkpoint_every = {checkpoint_every}
 """
 
+OBSTACLE = """
+[[obstacle]]
+name = "floor"
+kind = "plane"
+point = [0.0, -1.0, 0.0]
+normal = [0.0, 1.0, 0.0]
+velocity = [0.0, -1.0, 0.0]
+from = 0.2
+"""
+
 
 class ResumeTest(ProgramTest):
     def scene(self, checkpoint_every=50, steps=3000, step=2.0e-4, rule="verlet", mesh=None):
@@ -86,6 +96,17 @@ class Resuming(ResumeTest):
         self.kill(scene)
         self.assertIn("out: the run goes on after step ", self.resume(scene).stderr)
         self.assert_like_one_run(scene)
+
+    def test_the_frames_of_obstacles_go_on(self):
+        """A floor that sinks from 0.2 s on: some frames share a file, others have their own."""
+        scene = self.write("scene.toml", self.read(self.scene()) + OBSTACLE)
+        self.kill(scene)
+        self.resume(scene)
+        self.assert_like_one_run(scene)
+        files = re.findall('part="1" file="frames/(.*)"', self.read("out", "frames.pvd"))
+        self.assertEqual(len(files), 11)
+        self.assertEqual(files[:4], ["obstacles_000000.vtu"] * 4)
+        self.assertEqual(len(set(files)), 8)
 
     def test_a_damaged_checkpoint_is_reported_and_the_one_before_it_is_used(self):
         scene = self.scene()

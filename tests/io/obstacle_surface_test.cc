@@ -7,6 +7,7 @@
 #include <fstream>
 #include <map>
 #include <numbers>
+#include <set>
 
 #include "io/vtk/obstacle_grid.h"
 #include "support/folder_test.h"
@@ -40,6 +41,12 @@ ObstacleSurface surface_of(const ObstacleShape& shape, const ObstacleFrame& fram
   return surface;
 }
 
+std::vector<std::array<Index, 4>> polygons_of(const ObstacleSurface& surface) {
+  std::vector<std::array<Index, 4>> polygons = surface.cells;
+  std::erase_if(polygons, ObstacleSurface::is_line);
+  return polygons;
+}
+
 // The area vector of a polygon, towards the side from which its corners are counter-clockwise.
 Vector3 area_of(const ObstacleSurface& surface, const std::array<Index, 4>& polygon) {
   const auto at = [&](std::size_t k) {
@@ -66,8 +73,8 @@ Vector3 middle_of(const ObstacleSurface& surface, const std::array<Index, 4>& po
 template <class Direction>
 double expect_polygons(const ObstacleSurface& surface, const Direction& direction) {
   double whole = 0.0;
-  EXPECT_EQ(surface.obstacle, std::vector<int>(surface.polygons.size(), 7));
-  for (const auto& polygon : surface.polygons) {
+  EXPECT_EQ(surface.obstacle, std::vector<int>(surface.cells.size(), 7));
+  for (const auto& polygon : polygons_of(surface)) {
     const Vector3 area = area_of(surface, polygon);
     EXPECT_GT(area.normalized().dot(direction(middle_of(surface, polygon))), 0.99);
     whole += area.norm();
@@ -79,14 +86,14 @@ double expect_polygons(const ObstacleSurface& surface, const Direction& directio
 void expect_closed(const ObstacleSurface& surface) {
   Vector3 sum = Vector3::Zero();
   std::map<std::pair<Index, Index>, int> edges;
-  for (const auto& polygon : surface.polygons) {
+  for (const auto& polygon : polygons_of(surface)) {
     sum += area_of(surface, polygon);
     const std::size_t corners = polygon[3] < 0 ? 3 : 4;
     for (std::size_t k = 0; k < corners; ++k) {
       ++edges[{polygon[k], polygon[(k + 1) % corners]}];
     }
   }
-  EXPECT_LT(sum.norm(), 1e-12 * static_cast<double>(surface.polygons.size()));
+  EXPECT_LT(sum.norm(), 1e-12 * static_cast<double>(edges.size()));
   for (const auto& [edge, count] : edges) {
     EXPECT_EQ(count, 1);
     EXPECT_EQ(edges.count({edge.second, edge.first}), 1U);
@@ -149,7 +156,7 @@ TEST(ObstacleSurfaceTest, ChordsStayNearLargeSpheresAndCylinders) {
       const ObstacleSurface surface = surface_of(shape);
       const bool is_sphere = std::holds_alternative<SphereShape>(shape);
       double least = radius;
-      for (const auto& polygon : surface.polygons) {
+      for (const auto& polygon : polygons_of(surface)) {
         const Vector3 x = middle_of(surface, polygon);
         least = std::min(least, is_sphere ? x.norm() : std::hypot(x.x(), x.y()));
       }
@@ -157,6 +164,26 @@ TEST(ObstacleSurfaceTest, ChordsStayNearLargeSpheresAndCylinders) {
       EXPECT_LT(radius - least, 0.007) << radius;
     }
   }
+}
+
+// Sixteen meridians with 32 edges around, and a circle after each two of the 16 rows but the poles.
+TEST(ObstacleSurfaceTest, LinesOfAGridAreOnTheSurface) {
+  const ObstacleSurface surface = surface_of(SphereShape{{0.0, 0.0, 0.0}, 0.5, false});
+  std::size_t meridians = 0;
+  std::size_t circles = 0;
+  for (const auto& cell : surface.cells) {
+    if (!ObstacleSurface::is_line(cell)) continue;
+    const Vector3& a = surface.points[static_cast<std::size_t>(cell[0])];
+    const Vector3& b = surface.points[static_cast<std::size_t>(cell[1])];
+    const bool is_level = std::abs(a.y() - b.y()) < 1e-14;
+    ++(is_level ? circles : meridians);
+    if (!is_level) {
+      EXPECT_LT(std::abs(a.x() * b.z() - a.z() * b.x()), 1e-15);
+    }
+    EXPECT_LT((a - b).norm(), 2.0 * std::numbers::pi * 0.5 / 32.0);
+  }
+  EXPECT_EQ(meridians, 16U * 16U);
+  EXPECT_EQ(circles, 7U * 32U);
 }
 
 TEST(ObstacleSurfaceTest, ACylinderIsAsLongAsThreeDiagonalsAroundTheBody) {
@@ -183,7 +210,7 @@ TEST(ObstacleSurfaceTest, ARoomHasSixWallsThatAreSeenFromInside) {
   const RoomShape room{{-1.0, 0.0, 1.0}, {1.0, 3.0, 2.0}};
   const ObstacleSurface surface = surface_of(room);
   std::map<std::array<int, 3>, double> areas;
-  for (const auto& polygon : surface.polygons) {
+  for (const auto& polygon : polygons_of(surface)) {
     const Vector3 area = area_of(surface, polygon);
     const Vector3 inward = area.normalized();
     areas[{static_cast<int>(std::lround(inward.x())), static_cast<int>(std::lround(inward.y())),
@@ -202,21 +229,27 @@ TEST(ObstacleSurfaceTest, AMeshHasItsTrianglesSeenFromBothSides) {
   const MeshShape mesh{{{0.0, 0.0, 0.0}, {1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.0, 0.0, 1.0}},
                        {{0, 1, 2}, {0, 3, 1}}};
   ObstacleSurface surface = surface_of(PlaneShape{});
-  const std::size_t before = surface.polygons.size();
+  const std::size_t before = surface.cells.size();
   const auto first = static_cast<Index>(surface.points.size());
   const ObstacleFrame frame = turned();
   add_obstacle_surface(mesh, frame, body_at({2.0, 0.0, 0.0}), 8, surface);
-  ASSERT_EQ(surface.polygons.size(), before + 4);
+  ASSERT_EQ(surface.cells.size(), before + 4 + 5) << "two triangles, twice, and five edges";
   for (std::size_t i = 0; i < mesh.points.size(); ++i) {
     EXPECT_EQ(surface.points[static_cast<std::size_t>(first) + i], frame.to_world(mesh.points[i]));
   }
   for (std::size_t t = 0; t < 2; ++t) {
-    const auto& front = surface.polygons[before + 2 * t];
-    const auto& back = surface.polygons[before + 2 * t + 1];
+    const auto& front = surface.cells[before + 2 * t];
+    const auto& back = surface.cells[before + 2 * t + 1];
     EXPECT_EQ(front[0], first + mesh.triangles[t][0]);
     EXPECT_LT((area_of(surface, front) + area_of(surface, back)).norm(), 1e-15);
     EXPECT_NEAR(area_of(surface, front).norm(), 0.5, 1e-15);
   }
+  std::set<std::array<Index, 2>> edges;
+  for (std::size_t i = before + 4; i < surface.cells.size(); ++i) {
+    EXPECT_TRUE(ObstacleSurface::is_line(surface.cells[i]));
+    edges.insert({surface.cells[i][0] - first, surface.cells[i][1] - first});
+  }
+  EXPECT_EQ(edges, (std::set<std::array<Index, 2>>{{0, 1}, {0, 2}, {1, 2}, {0, 3}, {1, 3}}));
   EXPECT_EQ(surface.obstacle.back(), 8);
 }
 

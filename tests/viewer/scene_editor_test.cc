@@ -374,6 +374,24 @@ TEST_F(SceneEditing, AKindBringsTheKeysThatItNeeds) {
   EXPECT_EQ(simulation_->scene().mesh.generate->kind, GeneratorKind::kCube);
 }
 
+TEST_F(SceneEditing, ObstaclesOfEveryKindBeginApartFromTheBody) {
+  make({Kind::kAdd, {"obstacle"}});
+  set({"obstacle", 0}, {"friction"}, 0.3);
+  for (const char* kind : {"sphere", "cylinder", "box", "plane"}) {
+    SCOPED_TRACE(kind);
+    set({"obstacle", 0}, {"kind"}, kind);
+    const ObstacleSettings& obstacle = simulation_->scene().obstacle.at(0);
+    EXPECT_STREQ(name_of(obstacle.kind), kind);
+    EXPECT_EQ(obstacle.name, "floor");
+    EXPECT_EQ(obstacle.friction, 0.3) << "what is not of the shape stays";
+    EXPECT_EQ(has_field({"obstacle", 0}, "radius"),
+              obstacle.kind == ObstacleKind::kSphere || obstacle.kind == ObstacleKind::kCylinder);
+    EXPECT_EQ(simulation_->snapshot()->contact_force.norm(), 0.0);
+    expect_same_when_saved(2);
+  }
+  EXPECT_EQ(simulation_->scene().obstacle.at(0).point.y(), -0.03) << "a number of few digits";
+}
+
 TEST_F(SceneEditing, AModelGetsTheSameModuli) {
   const LameParameters before = simulation_->settings().moduli.front().least;
   for (const MaterialChoice& choice : material_choices()) {

@@ -11,13 +11,15 @@ namespace tetraction {
 
 class Contact;
 
-/// Polygons with three or four corners. Their corners are counter-clockwise where they are seen from the side of the
-/// body. A triangle of a mesh, both of whose sides act, is there twice.
+/// Polygons with three or four corners, which are counter-clockwise where they are seen from the side of the body, and the
+/// lines of a grid on them. A triangle of a mesh, both of whose sides act, is there twice.
 struct ObstacleSurface {
   std::vector<Vector3> points;  ///< m
-  /// The points of each polygon; of a triangle the last one is −1.
-  std::vector<std::array<Index, 4>> polygons;
-  std::vector<int> obstacle;  ///< of each polygon: the number of its obstacle
+  /// The points of each cell: four, or −1 from the third on for a line, and in the last place for a triangle.
+  std::vector<std::array<Index, 4>> cells;
+  std::vector<int> obstacle;  ///< of each cell: the number of its obstacle
+
+  static bool is_line(const std::array<Index, 4>& cell) { return cell[2] < 0; }
 
   bool operator==(const ObstacleSurface&) const = default;
 };

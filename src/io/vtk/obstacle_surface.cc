@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <set>
 #include <utility>
 
 #include "tetraction/dynamics/contact/contact.h"
@@ -14,14 +15,15 @@ namespace {
 constexpr Index kCellsPerDiagonal = 4;
 constexpr Index kPlaneCells = 3 * kCellsPerDiagonal;  // along a side
 constexpr Index kRoomCells = 8;
+constexpr Index kLinesAround = 16;  // of the grid on a round surface
 
-// An even number of edges around a circle. Their chords are r (1 − cos(π/n)) ≈ π² r/(2 n²) away from it.
+// Edges around a circle, a multiple of those between two lines of the grid. Their chords are r (1 − cos(π/n)) ≈ π² r/(2 n²) away from it.
 Index edges_around(double radius, double diagonal) {
   constexpr double kOfOneDiagonal = 40.0;
   constexpr double kFewest = 32.0;
   constexpr double kMost = 256.0;
   const double edges = std::clamp(kOfOneDiagonal * std::sqrt(radius / diagonal), kFewest, kMost);
-  return 4 * static_cast<Index>(std::ceil(edges / 4.0));
+  return kLinesAround * static_cast<Index>(std::ceil(edges / static_cast<double>(kLinesAround)));
 }
 
 // Two unit vectors that are normal to a unit vector and to each other: u × v = n. u is in the plane of n and the
@@ -72,6 +74,15 @@ class SurfaceMaker {
       }
       add({last, at(rows - 1, j), at(rows - 1, j + 1), -1}, sphere.inside);
     }
+    const Index stride = around / kLinesAround;
+    for (Index j = 0; j < around; j += stride) {
+      add_line(first, at(1, j));
+      for (Index i = 1; i + 1 < rows; ++i) add_line(at(i, j), at(i + 1, j));
+      add_line(at(rows - 1, j), last);
+    }
+    for (Index i = stride; i < rows; i += stride) {
+      for (Index j = 0; j < around; ++j) add_line(at(i, j), at(i, j + 1));
+    }
   }
 
   void operator()(const CylinderShape& cylinder) {
@@ -94,6 +105,12 @@ class SurfaceMaker {
         add({at(i, j), at(i, j + 1), at(i + 1, j + 1), at(i + 1, j)}, cylinder.inside);
       }
     }
+    for (Index i = 0; i <= kPlaneCells; ++i) {
+      for (Index j = 0; j < around; ++j) add_line(at(i, j), at(i, j + 1));
+      for (Index j = 0; i < kPlaneCells && j < around; j += around / kLinesAround) {
+        add_line(at(i, j), at(i + 1, j));
+      }
+    }
   }
 
   void operator()(const RoomShape& room) {
@@ -112,6 +129,16 @@ class SurfaceMaker {
     for (const auto& [a, b, c] : mesh.triangles) {
       for (const bool turned : {false, true}) add({first + a, first + b, first + c, -1}, turned);
     }
+    // More lines would hide the surface.
+    constexpr std::size_t kMostTriangles = 2000;
+    if (mesh.triangles.size() > kMostTriangles) return;
+    std::set<std::pair<Index, Index>> edges;
+    for (const auto& triangle : mesh.triangles) {
+      for (std::size_t k = 0; k < 3; ++k) {
+        edges.insert(std::minmax({triangle.at(k), triangle.at((k + 1) % 3)}));
+      }
+    }
+    for (const auto& [a, b] : edges) add_line(first + a, first + b);
   }
 
  private:
@@ -134,7 +161,12 @@ class SurfaceMaker {
   // With `turned` the polygon is seen from its other side.
   void add(std::array<Index, 4> polygon, bool turned) {
     if (turned) std::swap(polygon[0], polygon[2]);
-    surface_.polygons.push_back(polygon);
+    surface_.cells.push_back(polygon);
+    surface_.obstacle.push_back(number_);
+  }
+
+  void add_line(Index a, Index b) {
+    surface_.cells.push_back({a, b, -1, -1});
     surface_.obstacle.push_back(number_);
   }
 
@@ -151,6 +183,12 @@ class SurfaceMaker {
     for (Index i = 0; i < cells; ++i) {
       for (Index j = 0; j < cells; ++j) {
         add({at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)}, false);
+      }
+    }
+    for (Index i = 0; i <= cells; ++i) {
+      for (Index j = 0; j < cells; ++j) {
+        add_line(at(i, j), at(i, j + 1));
+        add_line(at(j, i), at(j + 1, i));
       }
     }
   }

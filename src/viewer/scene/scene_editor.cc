@@ -7,9 +7,9 @@
 #include <utility>
 
 #include "document/scene_json.h"
-#include "mesh/bounding_box.h"
 #include "tetraction/core/error.h"
 #include "tetraction/mesh/selection.h"
+#include "usual_obstacle.h"
 
 namespace tetraction::viewer {
 namespace {
@@ -107,16 +107,6 @@ Json usual_attraction(const EnvironmentSettings& present) {
   return json_of(section_of<EnvironmentSettings>(), &next);
 }
 
-// A floor a little below the body at rest.
-Json usual_obstacle(const TetMesh& mesh) {
-  const BoundingBox box = bounding_box(mesh);
-  const double height = box.low.y() - 0.05 * box.diagonal();
-  return {{"kind", "plane"},
-          {"name", "floor"},
-          {"point", {0.0, height, 0.0}},
-          {"normal", {0.0, 1.0, 0.0}}};
-}
-
 // The run goes on with a new named selection, which nothing uses yet.
 bool adds_selection(const SceneChange& change) {
   return change.kind == SceneChange::Kind::kAdd && change.place.section == kSelections;
@@ -183,14 +173,11 @@ bool SceneEditor::update() {
   return true;
 }
 
-// Another model gets parameters with the same moduli at small strains, and a new obstacle touches nothing.
+// Another model gets parameters with the same moduli at small strains.
 SceneChange SceneEditor::with_model(const SceneChange& change) const {
   const SceneSection& section = section_of_entries(change.place.section);
-  if (section.type == typeid(ObstacleSettings) && change.kind == SceneChange::Kind::kAdd &&
-      change.value.is_null()) {
-    SceneChange floor = change;
-    floor.value = usual_obstacle(simulation_.mesh());
-    return floor;
+  if (section.type == typeid(ObstacleSettings)) {
+    return with_usual_shape(change, scene_, simulation_.mesh());
   }
   if (section.type == typeid(EnvironmentSettings) && change.value == "attraction" &&
       present_.environment.kind != EnvironmentKind::kAttraction) {

@@ -1,6 +1,8 @@
 // Obstacles in the picture.
 #include <QCheckBox>
 #include <QTemporaryDir>
+#include <algorithm>
+#include <iterator>
 
 #include "pictures.h"
 #include "tetraction/io/run_recorder.h"
@@ -37,6 +39,7 @@ class Obstacles : public WindowTest {
   }
   void show_with(std::vector<ObstacleSettings> obstacles) {
     show(beam_with(std::move(obstacles)));
+    window_->messages()->clear();
     raise("dock_drawing");
   }
   // The picture with and without obstacles: whether it differs around a place.
@@ -81,10 +84,13 @@ TEST_F(Obstacles, WallsBetweenTheCameraAndTheBodyAreGridsOnly) {
   keep_picture("room");
 }
 
-TEST_F(Obstacles, DISABLED_MoveWithTheTimeOfTheState) {
+TEST_F(Obstacles, MoveWithTheTimeOfTheState) {
   ObstacleSettings moving = ball({0.6, 0.7, 0.15}, 0.2);
   moving.velocity = {1.0, 0.0, 0.0};
-  show_with({moving});
+  Document document = beam_with({moving});
+  document.scene.environment.kind = EnvironmentKind::kGravity;
+  show(std::move(document));
+  raise("dock_drawing");
   const Vector3 at_start(0.45, 0.7, 0.15);
   const Vector3 later(1.15, 0.7, 0.15);
   EXPECT_TRUE(is_drawn_at(at_start));
@@ -109,7 +115,7 @@ TEST_F(Obstacles, HomeShowsTheBodyAndNotThePlane) {
   EXPECT_FALSE(is_drawn_at({0.675, 0.18, 0.3}));
 }
 
-TEST_F(Obstacles, DISABLED_AreNoHindranceToTheMouse) {
+TEST_F(Obstacles, AreNoHindranceToTheMouse) {
   // A ball between the camera and the beam.
   const auto pick = [this] {
     const Index vertex = nearest({0.6, 0.3, 0.3});
@@ -127,11 +133,15 @@ TEST_F(Obstacles, DISABLED_AreNoHindranceToTheMouse) {
     return window_->selection();
   };
   show(quiet_beam());
+  raise("dock_drawing");
   const std::vector<Index> without = band();
   EXPECT_GT(without.size(), 20U);
   show_with({floor_at(-0.1), ball({0.8, 0.6, 1.2}, 0.4)});
+  const std::vector<Index> with = band();
+  std::vector<Index> others;
+  std::ranges::set_symmetric_difference(with, without, std::back_inserter(others));
+  EXPECT_EQ(others, std::vector<Index>()) << "vertices that only one of the bands has";
   pick();
-  EXPECT_EQ(band(), without);
 }
 
 TEST_F(Obstacles, ContactForcesHaveArrows) {
@@ -146,13 +156,13 @@ TEST_F(Obstacles, ContactForcesHaveArrows) {
   keep_picture("contact_forces");
 }
 
-TEST_F(Obstacles, DISABLED_AReplayDrawsThoseOfItsFrames) {
+TEST_F(Obstacles, AReplayDrawsThoseOfItsFrames) {
   ObstacleSettings moving = ball({0.6, 0.7, 0.15}, 0.2);
   moving.velocity = {1.0, 0.0, 0.0};
   const QTemporaryDir folder;
   const std::string run = folder.filePath(QStringLiteral("run")).toStdString();
   Document document = beam_with({floor_at(-0.1), moving});
-  document.scene.time.integrator = Integrator::kMidpoint;
+  document.scene.environment.kind = EnvironmentKind::kGravity;
   document.scene.time.step = 1e-2;
   document.scene.time.end = 0.5;
   {

@@ -18,9 +18,10 @@
 namespace tetraction::viewer {
 
 DrawnObstacles::DrawnObstacles(vtkRenderer* renderer) : renderer_(renderer) {
-  for (vtkActor* actor : {faces_.Get(), grid_.Get()}) {
+  for (const auto& [data, actor] :
+       {std::pair(polygons_.Get(), faces_.Get()), std::pair(lines_.Get(), grid_.Get())}) {
     vtkNew<vtkPolyDataMapper> mapper;
-    mapper->SetInputData(data_);
+    mapper->SetInputData(data);
     mapper->ScalarVisibilityOff();
     // The body lies on obstacles: what of it touches them is drawn before them.
     mapper->SetRelativeCoincidentTopologyPolygonOffsetParameters(2.0, 12.0);
@@ -31,9 +32,8 @@ DrawnObstacles::DrawnObstacles(vtkRenderer* renderer) : renderer_(renderer) {
     renderer->AddActor(actor);
   }
   faces_->GetProperty()->SetInterpolationToFlat();
-  faces_->GetProperty()->SetOpacity(0.45);
+  faces_->GetProperty()->SetOpacity(0.55);
   faces_->GetProperty()->BackfaceCullingOn();
-  grid_->GetProperty()->SetRepresentationToWireframe();
   grid_->GetProperty()->LightingOff();
   grid_->GetProperty()->SetOpacity(0.35);
   vtkNew<vtkCallbackCommand> widen;
@@ -56,15 +56,22 @@ void DrawnObstacles::set(std::shared_ptr<const ObstacleSurface> surface) {
   if (is_same) return;
   vtkNew<vtkPoints> points;
   vtkNew<vtkCellArray> polygons;
+  vtkNew<vtkCellArray> lines;
   if (surface_) {
     for (const Vector3& x : surface_->points) points->InsertNextPoint(x.data());
-    for (const auto& polygon : surface_->polygons) {
-      const vtkIdType ids[4] = {polygon[0], polygon[1], polygon[2], polygon[3]};
-      polygons->InsertNextCell(polygon[3] < 0 ? 3 : 4, ids);
+    for (const auto& cell : surface_->cells) {
+      const vtkIdType ids[4] = {cell[0], cell[1], cell[2], cell[3]};
+      if (ObstacleSurface::is_line(cell)) {
+        lines->InsertNextCell(2, ids);
+      } else {
+        polygons->InsertNextCell(cell[3] < 0 ? 3 : 4, ids);
+      }
     }
   }
-  data_->SetPoints(points);
-  data_->SetPolys(polygons);
+  polygons_->SetPoints(points);
+  polygons_->SetPolys(polygons);
+  lines_->SetPoints(points);
+  lines_->SetLines(lines);
   update_visibility();
 }
 
@@ -75,17 +82,17 @@ void DrawnObstacles::set_visible(bool visible) {
 
 void DrawnObstacles::update_visibility() {
   for (vtkActor* actor : {faces_.Get(), grid_.Get()}) {
-    actor->SetVisibility(visible_ && surface_ && !surface_->polygons.empty());
+    actor->SetVisibility(visible_ && surface_ && !surface_->cells.empty());
   }
 }
 
 void DrawnObstacles::set_dark(bool dark) {
+  // Sand, which no map of colours has.
+  faces_->GetProperty()->SetColor(0.74, 0.69, 0.58);
   if (dark) {
-    faces_->GetProperty()->SetColor(0.62, 0.58, 0.50);
-    grid_->GetProperty()->SetColor(0.85, 0.83, 0.78);
+    grid_->GetProperty()->SetColor(0.90, 0.87, 0.80);
   } else {
-    faces_->GetProperty()->SetColor(0.60, 0.56, 0.48);
-    grid_->GetProperty()->SetColor(0.30, 0.28, 0.24);
+    grid_->GetProperty()->SetColor(0.30, 0.27, 0.22);
   }
 }
 
@@ -101,7 +108,7 @@ void DrawnObstacles::widen_clipping_range() {
   const Vector3 forward(camera->GetDirectionOfProjection());
   double least = std::numeric_limits<double>::infinity();
   double most = -least;
-  const double* box = data_->GetBounds();
+  const double* box = polygons_->GetBounds();
   for (int corner = 0; corner < 8; ++corner) {
     const Vector3 x(box[corner & 1], box[2 + (corner >> 1 & 1)], box[4 + (corner >> 2)]);
     const double depth = forward.dot(x - eye);

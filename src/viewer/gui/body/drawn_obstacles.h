@@ -38,7 +38,7 @@ class DrawnObstacles {
   unsigned long observer_ = 0;
   std::shared_ptr<const ObstacleSurface> surface_;
   bool visible_ = true;
-  vtkNew<vtkPolyData> data_;
+  vtkNew<vtkPolyData> polygons_, lines_;
   vtkNew<vtkActor> faces_, grid_;
 };
 

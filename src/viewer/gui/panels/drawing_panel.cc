@@ -170,10 +170,12 @@ DrawingPanel::DrawingPanel(QWidget* parent) : QWidget(parent) {
             &DrawingSettings::momenta);
   add_check(arrow_kinds, tr("Reactions"), "reactions",
             tr("Forces of what holds vertices, N (green)"), &DrawingSettings::reactions);
-  add_check(arrow_kinds, tr("Contact"), "contacts",
+  arrows->addRow(arrow_kinds);
+  auto* more_kinds = new QHBoxLayout;
+  add_check(more_kinds, tr("Contact"), "contacts",
             tr("Forces of obstacles on vertices, without friction, N (amber)"),
             &DrawingSettings::contacts);
-  arrows->addRow(arrow_kinds);
+  arrows->addRow(more_kinds);
   add_slider(arrows, tr("Length"), "arrow_scale",
              tr("Length of the longest arrow, 0.1 to 4 times the usual one"), 1, 40, 0.1,
              &DrawingSettings::arrow_scale);
