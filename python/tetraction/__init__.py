@@ -15,7 +15,16 @@ Scenes have the keys of the scene file. Units are those of SI. docs/python.md is
 from . import _core, material
 from ._analyses import Modes, modes, run, static
 from ._core import Error, FileError, InputError, NumericalError, OutputError
-from ._edits import Edit, RemoveConstraint, Set, SetMaterial, SetMomentum, Shift, Unfix
+from ._edits import (
+    Edit,
+    RemoveConstraint,
+    RemoveObstacle,
+    Set,
+    SetMaterial,
+    SetMomentum,
+    Shift,
+    Unfix,
+)
 from ._mesh import Mesh, read_mesh
 from ._scene import CustomMaterial, ForceField, Scene, read_scene
 from ._section_edits import (
@@ -26,6 +35,7 @@ from ._section_edits import (
     SetFix,
     SetForce,
     SetMoment,
+    SetObstacle,
     SetPressure,
     SetPull,
     SetSolver,
@@ -94,6 +104,7 @@ __all__ = [
     "ProbeSeries",
     "Pull",
     "RemoveConstraint",
+    "RemoveObstacle",
     "Scene",
     "Session",
     "Set",
@@ -105,6 +116,7 @@ __all__ = [
     "SetForce",
     "SetMaterial",
     "SetMoment",
+    "SetObstacle",
     "SetMomentum",
     "SetPressure",
     "SetPull",

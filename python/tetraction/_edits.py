@@ -73,6 +73,13 @@ class RemoveConstraint(Edit):
         super().__init__({"remove_constraint": int(index)})
 
 
+class RemoveObstacle(Edit):
+    """Removes the obstacle with this number. The others keep their numbers."""
+
+    def __init__(self, index: int) -> None:
+        super().__init__({"remove_obstacle": int(index)})
+
+
 class SetMomentum(Edit):
     """Sets the momentum of every selected vertex, kg m/s."""
 

@@ -76,6 +76,7 @@ Settings Engine::settings() const {
   settings.loads = session_->loads();
   settings.fixes = session_->settings().constraints.fix_settings;
   settings.constraints = session_->constraints();
+  settings.obstacles = session_->settings().obstacles;
   settings.present = present_entries(*session_);
   for (std::size_t list = 0; list < kLoadKinds; ++list) {
     std::erase_if(settings.present[list],
@@ -110,7 +111,8 @@ void Engine::apply(const Edit& edit, const std::string& what, bool by_user) {
   recording_.add(*session_, edit, what, by_user);
   // The edits of a drag have one mark.
   if (what != last_mark_) marks_.push_back({session_->time(), what});
-  last_mark_ = std::holds_alternative<SetPull>(edit) ? what : std::string();
+  const bool is_drag = std::holds_alternative<SetPull>(edit) || obstacle_;
+  last_mark_ = is_drag ? what : std::string();
   // A warning goes with the setting that it is about.
   const std::string cause = cause_of(edit);
   if (warned_causes_.erase(cause) > 0) end_cause(cause);
@@ -221,9 +223,11 @@ void Engine::with_drag(const Work& work) {
   try {
     if (drag_) work(*drag_);
     if (spring_) work(*spring_);
+    if (obstacle_) work(*obstacle_);
   } catch (const InputError& error) {
     drag_.reset();
     spring_.reset();
+    obstacle_.reset();
     report_refused_drag(error.what());
   }
 }
@@ -254,6 +258,15 @@ void Engine::pull(const std::vector<Index>& vertices, double radius, double crit
                   });
 }
 
+void Engine::grab_obstacle(std::size_t number, const Vector3& point) {
+  require_good_state();
+  release();
+  obstacle_.emplace(*session_, number, point,
+                    [this](const Edit& made, const std::string& what, bool continues_previous) {
+                      edit(made, what, continues_previous);
+                    });
+}
+
 void Engine::set_pull_radius(double radius) {
   if (!spring_ || session_->status() != RunStatus::kRunning) return;
   spring_->set_radius(radius);
@@ -275,12 +288,13 @@ void Engine::drag_to(const Vector3& position, double duration) {
 }
 
 void Engine::release() {
-  const bool drags = drag_ || spring_;
+  const bool drags = drag_ || spring_ || obstacle_;
   release_pending_ = drags && session_->status() != RunStatus::kRunning;
   if (release_pending_) return;
   with_drag([](auto& drag) { drag.release(); });
   drag_.reset();
   spring_.reset();
+  obstacle_.reset();
   last_mark_.clear();
   if (!std::exchange(refused_drag_, {}).empty()) end_cause(kDragCause);
 }

@@ -12,6 +12,7 @@
 #include "kept_states.h"
 #include "recording.h"
 #include "simulation.h"
+#include "viewer/drags/obstacle_drag.h"
 #include "viewer/drags/spring_drag.h"
 #include "viewer/drags/vertex_drag.h"
 #include "viewer/edits/edit_history.h"
@@ -46,6 +47,8 @@ class Engine {
   void grab(const std::vector<Index>& vertices);
   /// A drag with a spring (SpringDrag). `critical_step` is the stability limit, s.
   void pull(const std::vector<Index>& vertices, double radius, double critical_step);
+  /// A drag of an obstacle (ObstacleDrag) at its point, m.
+  void grab_obstacle(std::size_t number, const Vector3& point);
   void set_pull_radius(double radius);
   /// The drag with a spring, or null.
   const SpringDrag* spring() const { return spring_ ? &*spring_ : nullptr; }
@@ -109,6 +112,7 @@ class Engine {
   std::vector<std::shared_ptr<const KeptState>> before_;
   std::optional<VertexDrag> drag_;
   std::optional<SpringDrag> spring_;
+  std::optional<ObstacleDrag> obstacle_;
   std::string refused_drag_;      // the last notice of the drag, which is not repeated
   bool release_pending_ = false;  // the drag ended in a failed state and must be released later
   Numbering numbering_;

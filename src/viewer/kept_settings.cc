@@ -57,14 +57,8 @@ class SettingsCollector {
     if (*edit.index >= counts_[list]) kept.index.reset();
     set(key_of(list, *edit.index), kept);
   }
-  void operator()(const RemoveConstraint& edit) {
-    const Key key = key_of(list_of(ConstraintSettings()), edit.index);
-    if (edit.index < start_.constraints().size()) {
-      set(key, edit);
-    } else {
-      settings_.erase(key);
-    }
-  }
+  void operator()(const RemoveConstraint& edit) { remove(list_of(ConstraintSettings()), edit); }
+  void operator()(const RemoveObstacle& edit) { remove(list_of(ObstacleSettings()), edit); }
   void operator()(const SetFix& edit) {
     Fix& fix = fixes_[*edit.index];
     fix.settings = edit.entry;
@@ -108,6 +102,16 @@ class SettingsCollector {
     origin.order = order_;
     origin.entry = entry_;
     origin.what = *what_;
+  }
+  // An entry that the user has added is simply forgotten.
+  template <class Removal>
+  void remove(std::size_t list, const Removal& edit) {
+    const Key key = key_of(list, edit.index);
+    if (edit.index < counts_[list]) {
+      set(key, edit);
+    } else {
+      settings_.erase(key);
+    }
   }
   void set(const Key& key, const Edit& edit) {
     Setting& setting = settings_[key];

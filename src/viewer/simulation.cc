@@ -118,6 +118,10 @@ void Simulation::pull(std::vector<Index> vertices, double radius) {
                      },
                      true});
 }
+void Simulation::grab_obstacle(std::size_t number, const Vector3& point) {
+  impl_->send(
+      Action{[number, point](SolverThread& solver) { solver.grab_obstacle(number, point); }, true});
+}
 void Simulation::set_pull_radius(double radius) {
   impl_->send(
       Action{[radius](SolverThread& solver) { solver.engine().set_pull_radius(radius); }, true});

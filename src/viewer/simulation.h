@@ -29,6 +29,7 @@ struct Settings : ChangeableSections {
   LoadLists loads;
   std::vector<FixSettings> fixes;  ///< with those that have been released
   std::vector<std::optional<ConstraintSettings>> constraints;  ///< null: removed
+  std::vector<BodyObstacle> obstacles;                         ///< with those that were removed
   EntryNumbers present;  ///< present_entries() without loads whose addition was undone
 };
 
@@ -150,6 +151,8 @@ class Simulation {
   /// pulls all vertices within `radius` (m at rest; 0: the usual one), which may change meanwhile.
   void pull(std::vector<Index> vertices, double radius = 0.0);
   void set_pull_radius(double radius);
+  /// The same for an obstacle (ObstacleDrag), whose point (m) follows the mouse.
+  void grab_obstacle(std::size_t number, const Vector3& point);
   void drag_to(const Vector3& position);
   void release();
   /// Texts of the edits that undo() and redo() would process. Empty if there is none.

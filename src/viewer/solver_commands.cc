@@ -53,6 +53,12 @@ void SolverThread::grab(const std::vector<Index>& vertices) {
   redo_.clear();
 }
 
+void SolverThread::grab_obstacle(std::size_t number, const Vector3& point) {
+  continue_shown();
+  engine_->grab_obstacle(number, point);
+  redo_.clear();
+}
+
 void SolverThread::pull(const std::vector<Index>& vertices, double radius) {
   continue_shown();
   engine_->pull(vertices, radius, stable_step_);

@@ -116,6 +116,7 @@ class SolverThread {
   void redo();
   void go_before_last_edit();
   void pull(const std::vector<Index>& vertices, double radius);
+  void grab_obstacle(std::size_t number, const Vector3& point);
   void pause();
   void step_once();
   void restart();

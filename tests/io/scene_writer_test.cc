@@ -1,8 +1,10 @@
 #include "tetraction/io/scene_writer.h"
 
 #include <filesystem>
+#include <fstream>
 
 #include "support/folder_test.h"
+#include "support/obstacles.h"
 #include "support/runs.h"
 #include "tetraction/io/mesh_reader.h"
 #include "tetraction/io/scene_echo.h"
@@ -50,6 +52,7 @@ std::string text_of(const Edit& edit) {
   if (const auto* force = std::get_if<SetForce>(&edit)) change = shown(*force);
   if (const auto* fix = std::get_if<SetFix>(&edit)) change = shown(*fix);
   if (const auto* constraint = std::get_if<SetConstraint>(&edit)) change = shown(*constraint);
+  if (const auto* obstacle = std::get_if<SetObstacle>(&edit)) change = shown(*obstacle);
   EventSettings event;
   event.edits = {change};
   scene.event = {event};
@@ -106,6 +109,20 @@ Scene full_scene() {
       driven(SelectBox{{2, 0, 0}, {2, 1, 1}}, Vector3(1, 0, 0), Vector3(0, 0, 2));
   handle.point = Vector3(0.5, 1, -2);
   scene.constraint = {rod, plane, line, handle};
+  ObstacleSettings roller =
+      cylinder_obstacle("a \"roller\"", {1, 1.0 / 3.0, 9}, {0, 0, 2}, 1.0 / 7.0, true);
+  roller.friction = 1.0 / 3.0;
+  roller.slip_speed = 1e-4;
+  roller.thickness = 1e-3;
+  roller.stiffness = 1e5;
+  roller.select = SelectFaces{{0, 1, 0}, 5.0};
+  roller.velocity = {0.1, 0, 0};
+  roller.angular_velocity = {0, 0, 1.0 / 3.0};
+  roller.about = Vector3(1, 2, 3);
+  roller.from = 0.25;
+  roller.until = 0.75;
+  roller.offset = {0, 1e-17, 0};
+  scene.obstacle = {roller, plane_obstacle("floor", {0, -3, 0}, {0.1, 2, 0})};
   ForceSettings force = load(SelectSurface{}, {1, -0.0, 1e22});
   force.from = 0.25;
   force.until = 0.75;
@@ -200,6 +217,13 @@ std::vector<Edit> every_edit(const Scene& scene) {
   automatic.integrator = Integrator::kExplicit;
   automatic.automatic = true;
   automatic.end = 2.0;
+  ObstacleSettings drum = scene.obstacle.at(0);
+  drum.velocity = {0.1, 1e-17, 3};
+  drum.friction = 0.25;
+  ObstacleSettings wall;
+  wall.name = "another wall";
+  wall.kind = ObstacleKind::kPlane;
+  wall.point = {1, 2, 3};
   MomentumSettings kick;
   kick.value = {1e-17, 0, 3};
   return {SetMaterial{0, rubber},
@@ -234,6 +258,9 @@ std::vector<Edit> every_edit(const Scene& scene) {
           SetConstraint{std::nullopt, scene.constraint[3]},
           RemoveConstraint{4},
           SetConstraint{4, scene.constraint[1]},
+          SetObstacle{0, drum},
+          SetObstacle{std::nullopt, wall},
+          RemoveObstacle{0},
           SetMomentum{kick},
           ShiftState{{{1, 2}, {{1, 2, 3}, {0.1, 0.2, 0.3}}, {}, {}}},
           ShiftState{{{7}, {}, {{0, 0, 1}}, {}}}};
@@ -278,6 +305,32 @@ TEST_F(SceneWriter, NamesMeshFilesRelativeToTheScene) {
   expect_part(scene_text(scene, (folder_ / "scenes").string()), "file = \"../meshes/body.vtu\"");
   expect_part(scene_text(scene, "/nowhere/else"), "file = \"" + scene.mesh.file + "\"");
   expect_equal(written_and_read(scene), scene);
+}
+
+TEST_F(SceneWriter, NamesSurfacesOfObstaclesRelativeToTheScene) {
+  Scene scene = full_scene();
+  ObstacleSettings step;
+  step.name = "step";
+  step.kind = ObstacleKind::kMesh;
+  step.file = (folder_ / "step.obj").string();
+  std::ofstream(step.file) << "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+  scene.obstacle.push_back(step);
+  EventSettings event;
+  event.at = 0.5;
+  step.name = "later";
+  event.edits = {SetObstacle{std::nullopt, step}};
+  scene.event = {event};
+  fs::create_directory(folder_ / "scenes");
+  const std::string path = (folder_ / "scenes" / "scene.toml").string();
+  write_scene(scene, path);
+  const std::string text = scene_text(scene, (folder_ / "scenes").string());
+  EXPECT_EQ(text.find(step.file), std::string::npos);
+  const Scene read = read_scene(path);
+  ASSERT_TRUE(read.obstacle.back().surface);
+  EXPECT_EQ(read.obstacle.back().surface->triangles.size(), 1U);
+  const auto& added = std::get<SetObstacle>(read.event.at(0).edits.at(0));
+  EXPECT_EQ(added.entry.name, "later");
+  EXPECT_EQ(added.entry.surface, read.obstacle.back().surface);  // read once
 }
 
 TEST_F(SceneWriter, RefusesWhatASceneFileCannotSay) {

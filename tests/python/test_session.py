@@ -205,6 +205,7 @@ def test_observers(beam):
 
 def test_every_edit(beam):
     beam.time.end = 100.0
+    beam.obstacle = [tt.Obstacle(kind="plane", name="deep", point=[0, -9, 0], normal=[0, 1, 0])]
     session = tt.Session(beam)
     tip = {"plane": {"axis": "x", "at": 1.0}}
     session.step(2)
@@ -223,6 +224,9 @@ def test_every_edit(beam):
         tt.SetMoment(select=tip, vector=[1e-4, 0, 0]),
         tt.SetConstraint(kind="distance", vertices=[40, 44]),
         tt.RemoveConstraint(0),
+        tt.SetObstacle(kind="plane", name="floor", point=[0, -5, 0], normal=[0, 1, 0]),
+        tt.SetObstacle(0, velocity=[0, 0.1, 0]),
+        tt.RemoveObstacle(1),
         tt.SetFix(select=tip),
         tt.Unfix(fix=1),
         tt.SetMomentum({"vertices": [44]}, [0.1, 0, 0]),
@@ -238,6 +242,10 @@ def test_every_edit(beam):
         session.apply(tt.SetMaterial(density=5.0))
     with pytest.raises(tt.InputError, match="constraint"):
         session.apply(tt.RemoveConstraint(7))
+    with pytest.raises(tt.InputError, match="obstacle"):
+        session.apply(tt.RemoveObstacle(2))
+    with pytest.raises(tt.InputError, match="penetrates"):
+        session.apply(tt.SetObstacle(0, point=[0, 9, 0]))
     assert session.step() == 1
 
 

@@ -5,6 +5,7 @@
 #include <random>
 #include <thread>
 
+#include "support/obstacles.h"
 #include "support/rules.h"
 #include "support/temporary_folder.h"
 #include "tetraction/io/scene_reader.h"
@@ -22,6 +23,7 @@ Scene rich_scene(Integrator integrator) {
   scene.fix = {fix(SelectPlane{0, 0.0, {}})};
   scene.force = {load(SelectNearest{{2, 1, 1}}, {30, 0, 10})};
   scene.constraint = {rod(2, 11)};
+  scene.obstacle = {plane_obstacle("floor", {0.0, -1.0, 0.0})};
   return scene;
 }
 
@@ -58,6 +60,10 @@ std::vector<NamedEdit> every_kind(const Scene& scene) {
   ConstraintSettings longer = scene.constraint[0];
   longer.length = 1.43;
   ConstraintSettings plane = on_plane(SelectNearest{{2, 0, 0}}, {1, 1, 1});
+  ObstacleSettings moving_floor = scene.obstacle.at(0);
+  moving_floor.point.y() = -0.9;
+  moving_floor.velocity = {0.0, 0.1, 0.0};
+  const ObstacleSettings lid = plane_obstacle("lid", {0.0, 3.0, 0.0}, {0.0, -1.0, 0.0});
   const MomentumSettings kick{SelectPlane{0, 2.0, {}}, {0, 3, 1}, {}};
   const ShiftSettings shift{
       {8, 5}, {{0.02, 0.0, 0.01}, {0.0, 0.01, 0.0}}, {{1, 2, 3}, {0, 0, -5}}, {}};
@@ -78,6 +84,9 @@ std::vector<NamedEdit> every_kind(const Scene& scene) {
       {"change a constraint", SetConstraint{0, longer}},
       {"add a constraint", SetConstraint{std::nullopt, plane}},
       {"remove a constraint", RemoveConstraint{0}},
+      {"change an obstacle", SetObstacle{0, moving_floor}},
+      {"add an obstacle", SetObstacle{std::nullopt, lid}},
+      {"remove an obstacle", RemoveObstacle{0}},
       {"momentum", SetMomentum{kick}},
       {"shift", ShiftState{shift}},
       {"release all", Unfix{}}};
@@ -99,6 +108,10 @@ std::string text_of(const Simulation& simulation) {
     if (!force.vector.isZero(0.0)) scene.force.push_back(force);
   }
   scene.fix.clear();
+  scene.obstacle.clear();
+  for (const BodyObstacle& obstacle : settings.obstacles) {
+    if (!obstacle.removed) scene.obstacle.push_back(obstacle.settings);
+  }
   std::string text = scene_text(scene, "");
   for (const std::uint8_t fixed : simulation.snapshot()->fixed) text += fixed != 0 ? '1' : '0';
   return text;

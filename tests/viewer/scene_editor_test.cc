@@ -376,11 +376,14 @@ TEST_F(SceneEditing, AKindBringsTheKeysThatItNeeds) {
 
 TEST_F(SceneEditing, ObstaclesOfEveryKindBeginApartFromTheBody) {
   make({Kind::kAdd, {"obstacle"}});
+  // The first one sets the scene up again. Then the run knows contact, and obstacles are edits.
+  make_steps(*simulation_, 2);
   set({"obstacle", 0}, {"friction"}, 0.3);
+  EXPECT_EQ(simulation_->peek()->step, 2);
   for (const char* kind : {"sphere", "cylinder", "box", "plane"}) {
     SCOPED_TRACE(kind);
     set({"obstacle", 0}, {"kind"}, kind);
-    const ObstacleSettings& obstacle = simulation_->scene().obstacle.at(0);
+    const ObstacleSettings obstacle = simulation_->settings().obstacles.at(0).settings;
     EXPECT_STREQ(name_of(obstacle.kind), kind);
     EXPECT_EQ(obstacle.name, "floor");
     EXPECT_EQ(obstacle.friction, 0.3) << "what is not of the shape stays";
@@ -389,7 +392,13 @@ TEST_F(SceneEditing, ObstaclesOfEveryKindBeginApartFromTheBody) {
     EXPECT_EQ(simulation_->snapshot()->contact_force.norm(), 0.0);
     expect_same_when_saved(2);
   }
-  EXPECT_EQ(simulation_->scene().obstacle.at(0).point.y(), -0.03) << "a number of few digits";
+  EXPECT_EQ(simulation_->settings().obstacles.at(0).settings.point.y(), -0.03)
+      << "a number of few digits";
+  make({Kind::kRemove, {"obstacle", 0}});
+  EXPECT_TRUE(editor_->scene().value("obstacle", Json::array()).empty());
+  make({Kind::kAdd, {"obstacle"}});
+  EXPECT_EQ(editor_->scene().at("obstacle").size(), 1U);
+  EXPECT_GE(simulation_->peek()->step, 2);
 }
 
 TEST_F(SceneEditing, AModelGetsTheSameModuli) {

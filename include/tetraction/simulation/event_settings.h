@@ -11,8 +11,8 @@ namespace tetraction {
 RunSettings initial_settings(const Scene& scene);
 
 /// The settings after the first `event_count` events of the scene, which may be made by an earlier
-/// part of a run. They are as Session has them, except that `constraints` has the settings only: the
-/// objects depend on where the vertices were when an event was made. Throws InputError if an event
+/// part of a run. They are as Session has them, except that `constraints` and `obstacles` have the settings only: the
+/// objects depend on where the vertices were when an event was made, and the starts on when it was. Throws InputError if an event
 /// changes what does not exist.
 RunSettings settings_after_events(const Scene& scene, std::size_t event_count);
 

@@ -3,12 +3,13 @@
 
 #include <array>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <string>
-#include <vector>
 
 #include "tetraction/core/enum_names.h"
 #include "tetraction/core/types.h"
+#include "tetraction/dynamics/contact/obstacle.h"
 #include "tetraction/mesh/selection.h"
 
 namespace tetraction {
@@ -36,8 +37,7 @@ struct ObstacleSettings {
   std::string file{};                 ///< mesh: of a surface of triangles
   std::string unit = "m";             ///< mesh: of the file's coordinates, see length_units()
   /// mesh: the surface that the scene's reader has read from the file, in the file's unit.
-  std::vector<Vector3> points{};
-  std::vector<std::array<Index, 3>> triangles{};
+  std::shared_ptr<const MeshShape> surface{};
   double friction = 0.0;               ///< μ
   double slip_speed = 1.0e-3;          ///< m/s
   std::optional<double> thickness{};   ///< m; default: a tenth of the mean edge of the surface

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "tetraction/dynamics/constraints/constraints.h"
+#include "tetraction/dynamics/contact/obstacle.h"
 #include "tetraction/simulation/scene.h"
 
 namespace tetraction {
@@ -24,11 +25,27 @@ struct BodyConstraints {
   ConstraintList list() const;
 };
 
+/// What an obstacle keeps when an edit changes its settings.
+struct ObstacleStart {
+  double time = 0.0;              ///< when its present motion began, s
+  ObstacleFrame frame;            ///< its place then, without its offset
+  Vector3 way = Vector3::Zero();  ///< by which earlier motions have moved the point `about`, m
+  double stiffness = 0.0;         ///< κ where its settings have none, Pa: that of its first moment
+};
+
+/// One [[obstacle]]. Edits add obstacles, change and remove them. One that was removed keeps its number and its name.
+struct BodyObstacle {
+  ObstacleSettings settings;
+  bool removed = false;
+  ObstacleStart start{};
+};
+
 /// All settings that edits may change.
 struct RunSettings : ChangeableSections {
   std::vector<MaterialSettings> materials;  ///< one for each region
   LoadLists loads;
   BodyConstraints constraints;
+  std::vector<BodyObstacle> obstacles;  ///< by their numbers in the scene
 };
 
 }  // namespace tetraction

@@ -317,6 +317,9 @@ struct SetEntry {
 using SetForce = SetEntry<ForceSettings>;
 using SetFix = SetEntry<FixSettings>;
 using SetConstraint = SetEntry<ConstraintSettings>;
+/// An obstacle that is changed stays where its motion has brought it, and keys of its shape change it there. If its
+/// motion changes, the new one begins there. One that is added stands where its keys say.
+using SetObstacle = SetEntry<ObstacleSettings>;
 /// Releases vertices from all [[fix]], or from the one with that number.
 struct Unfix {
   Selection select = SelectAll{};
@@ -325,6 +328,10 @@ struct Unfix {
 };
 /// Removes the constraint with that number. The others keep their numbers.
 struct RemoveConstraint {
+  std::size_t index = 0;
+};
+/// Removes the obstacle with that number. The others keep their numbers.
+struct RemoveObstacle {
   std::size_t index = 0;
 };
 /// Changes positions and momenta as the settings say, and then removes the parts that the constraints
@@ -338,9 +345,9 @@ using ShiftState = ChangeState<ShiftSettings>;
 
 /// One change between two steps. The density cannot be changed: this would create mass, and with it
 /// momentum.
-using Edit =
-    std::variant<SetMaterial, SetTime, SetSolver, SetDamping, SetEnvironment, SetPull, SetForce,
-                 SetFix, Unfix, SetConstraint, RemoveConstraint, SetMomentum, ShiftState>;
+using Edit = std::variant<SetMaterial, SetTime, SetSolver, SetDamping, SetEnvironment, SetPull,
+                          SetForce, SetFix, Unfix, SetConstraint, RemoveConstraint, SetObstacle,
+                          RemoveObstacle, SetMomentum, ShiftState>;
 
 /// Whether a kind of edit is a SetSection, a SetEntry or a ChangeState.
 template <class Kind>

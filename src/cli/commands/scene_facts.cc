@@ -276,6 +276,7 @@ void print_obstacles(const MechanicalSystem& system) {
   print_result("obstacles:\n");
   for (std::size_t i = 0; i < contact->size(); ++i) {
     const Obstacle& obstacle = contact->obstacle(i);
+    if (obstacle.removed) continue;
     print_result(
         "  {}: thickness {:.4g} m, stiffness {:.4g} Pa, friction {:.4g}{}; {} may touch it\n",
         obstacle.name, obstacle.thickness, obstacle.stiffness, obstacle.friction,

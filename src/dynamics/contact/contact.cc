@@ -33,6 +33,12 @@ void check_obstacle(const Obstacle& obstacle) {
   check_number(obstacle, "slip speed", obstacle.slip_speed, false);
 }
 
+// Whether the two differ in their motion, their friction and their names at most.
+bool has_same_law(const Obstacle& a, const Obstacle& b) {
+  return a.removed == b.removed && a.thickness == b.thickness && a.stiffness == b.stiffness &&
+         a.surface == b.surface && a.shape == b.shape;
+}
+
 }  // namespace
 
 Vector Contact::Unit::local(const ObstacleFrame& frame, const Vector& x) const {
@@ -77,17 +83,27 @@ void TurnedBlocks::add_pair(Index i, Index j, const Matrix3& block) {
   target_.add_pair(number(i), number(j), turned(block));
 }
 
-Contact::Contact(const TetMesh& mesh, std::vector<Obstacle> obstacles) {
+Contact::Contact(const TetMesh& mesh, std::vector<Obstacle> obstacles, const Contact* earlier) {
   for (Obstacle& obstacle : obstacles) {
     check_obstacle(obstacle);
     Unit unit;
-    unit.surface = contact_surface(mesh, obstacle);
     const Barrier barrier{obstacle.thickness, obstacle.stiffness};
-    if (const auto* surface = std::get_if<MeshShape>(&obstacle.shape)) {
-      unit.law = std::make_unique<MeshContact>(TriangleMesh(surface->points, surface->triangles),
-                                               unit.surface, barrier);
+    const std::size_t number = units_.size();
+    if (obstacle.removed) {
+      // No vertex can touch it.
+      unit.law = std::make_shared<SmoothContact>(PlaneShape{}, barrier, std::vector<double>());
+    } else if (earlier != nullptr && number < earlier->size() &&
+               has_same_law(earlier->units_[number].obstacle, obstacle)) {
+      unit.surface = earlier->units_[number].surface;
+      unit.law = earlier->units_[number].law;
     } else {
-      unit.law = std::make_unique<SmoothContact>(obstacle.shape, barrier, unit.surface.areas);
+      unit.surface = contact_surface(mesh, obstacle);
+      if (const auto* surface = std::get_if<MeshShape>(&obstacle.shape)) {
+        unit.law = std::make_shared<MeshContact>(TriangleMesh(surface->points, surface->triangles),
+                                                 unit.surface, barrier);
+      } else {
+        unit.law = std::make_shared<SmoothContact>(obstacle.shape, barrier, unit.surface.areas);
+      }
     }
     unit.obstacle = std::move(obstacle);
     units_.push_back(std::move(unit));

@@ -12,7 +12,7 @@ namespace tetraction {
 struct Contact::Unit {
   Obstacle obstacle;
   ContactSurface surface;
-  std::unique_ptr<ObstacleContact> law;
+  std::shared_ptr<const ObstacleContact> law;
 
   ObstacleFrame frame(const ForcePoint& at) const {
     return frame_at(obstacle.motion, at.time, at.load_factor);

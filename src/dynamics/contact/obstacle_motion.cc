@@ -6,11 +6,6 @@
 namespace tetraction {
 namespace {
 
-// A(t) = ∫ a dt from 0 to the time.
-double path(const ObstacleMotion& motion, double time) {
-  return time > 0.0 ? time * motion.history.mean(TimeSpan{0.0, time}) : 0.0;
-}
-
 Matrix3 rotation_by(const ObstacleMotion& motion, double path) {
   const double rate = motion.angular_velocity.norm();
   if (rate == 0.0) return Matrix3::Identity();
@@ -18,6 +13,11 @@ Matrix3 rotation_by(const ObstacleMotion& motion, double path) {
 }
 
 }  // namespace
+
+double path_at(const ObstacleMotion& motion, double time) {
+  const double duration = time - motion.begin;
+  return duration > 0.0 ? duration * motion.history.mean(TimeSpan{motion.begin, time}) : 0.0;
+}
 
 MeshShape box_surface(const Vector3& min, const Vector3& max) {
   MeshShape box;
@@ -32,18 +32,22 @@ MeshShape box_surface(const Vector3& min, const Vector3& max) {
 }
 
 ObstacleFrame frame_at(const ObstacleMotion& motion, double time, double load_factor) {
-  ObstacleFrame frame;
-  frame.shift = load_factor * motion.offset;
-  if (motion.at_rest()) return frame;
-  const double along = path(motion, time);
-  frame.rotation = rotation_by(motion, along);
-  frame.shift += along * motion.velocity + (motion.about - frame.rotation * motion.about);
+  ObstacleFrame frame = motion.start;
+  if (!motion.at_rest()) {
+    const double along = path_at(motion, time);
+    const Matrix3 turn = rotation_by(motion, along);
+    frame.rotation = turn * motion.start.rotation;
+    frame.shift =
+        along * motion.velocity + motion.about + turn * (motion.start.shift - motion.about);
+  }
+  frame.shift += load_factor * motion.offset;
   return frame;
 }
 
 Matrix3 middle_rotation(const ObstacleMotion& motion, double begin, double end) {
-  if (motion.angular_velocity.isZero(0.0)) return Matrix3::Identity();
-  return rotation_by(motion, 0.5 * (path(motion, begin) + path(motion, end)));
+  if (motion.angular_velocity.isZero(0.0)) return motion.start.rotation;
+  const double middle = 0.5 * (path_at(motion, begin) + path_at(motion, end));
+  return rotation_by(motion, middle) * motion.start.rotation;
 }
 
 }  // namespace tetraction

@@ -115,6 +115,10 @@ template <class Archive, Is<Vector3> T>
 void transfer(Archive& archive, T& vector) {
   archive.block(vector.data(), 3 * sizeof(double));
 }
+template <class Archive, Is<Matrix3> T>
+void transfer(Archive& archive, T& matrix) {
+  archive.block(matrix.data(), 9 * sizeof(double));
+}
 /// A matrix with this many rows.
 template <class Archive, Is<Matrix> T>
 void transfer_columns(Archive& archive, T& matrix, Index rows) {

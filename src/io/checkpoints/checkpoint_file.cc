@@ -33,7 +33,7 @@ namespace fs = std::filesystem;
 // The beginning of a file. It is followed by the size of the numbers, the numbers, and the check sum
 // of everything before it.
 constexpr std::string_view kMagic = "Tetraction checkpoint\n";
-constexpr std::uint32_t kFormat = 6;
+constexpr std::uint32_t kFormat = 7;
 constexpr std::uint32_t kByteOrder = 0x01020304;
 constexpr std::size_t kBeginSize =
     kMagic.size() + sizeof kFormat + sizeof kByteOrder + sizeof(std::uint64_t);
@@ -148,6 +148,15 @@ void require_consistent(const Checkpoint& checkpoint) {
             motion.velocity.allFinite() && motion.angular_velocity.allFinite() &&
             motion.center.allFinite() && motion.offset.allFinite());
   };
+  for (const BodyObstacle& obstacle : checkpoint.settings.obstacles) {
+    const ObstacleStart& start = obstacle.start;
+    constexpr double kOrthonormal = 1e-6;
+    if (!are_finite({start.time, start.stiffness}) || !start.way.allFinite() ||
+        !start.frame.shift.allFinite() || !(start.stiffness >= 0.0) ||
+        !start.frame.rotation.isUnitary(kOrthonormal)) {
+      throw BadBytes{"its obstacles contradict themselves"};
+    }
+  }
   const BodyConstraints& constraints = checkpoint.settings.constraints;
   std::ranges::for_each(constraints.fixes, check_held);
   for (const ConstraintObject& object : constraints.others) {
@@ -286,6 +295,12 @@ void complete_settings(Checkpoint& checkpoint, const Scene& scene) {
   settings.constraints.fixes = std::move(checkpoint.settings.constraints.fixes);
   settings.constraints.others = std::move(checkpoint.settings.constraints.others);
   complete_constraints(scene, settings);
+  if (settings.obstacles.size() != checkpoint.settings.obstacles.size()) {
+    throw InputError("The [[obstacle]] of the run are not those of the scene.");
+  }
+  for (std::size_t i = 0; i < settings.obstacles.size(); ++i) {
+    settings.obstacles[i].start = checkpoint.settings.obstacles[i].start;
+  }
   checkpoint.settings = std::move(settings);
   if (checkpoint.progress.status == RunStatus::kCancelled) {
     checkpoint.progress.status = RunStatus::kRunning;

@@ -155,6 +155,15 @@ void transfer(Archive& archive, T& value) {
   std::visit([&](auto& object) { transfer(archive, object); }, value);
 }
 
+TETRACTION_TRANSFER(ObstacleFrame, rotation, shift)
+TETRACTION_TRANSFER(ObstacleStart, time, frame, way, stiffness)
+// complete_settings() sets the rest.
+template <class Archive, Is<BodyObstacle> T>
+void transfer(Archive& archive, T& value) {
+  auto& [settings, removed, start] = value;
+  transfer(archive, start);
+}
+
 TETRACTION_TRANSFER(Reactions, force, delay, configuration_force)
 template <class Archive, Is<Checkpoint> T>
 void transfer(Archive& archive, T& value) {
@@ -162,6 +171,7 @@ void transfer(Archive& archive, T& value) {
   transfer_all(archive, body, progress, state, balance, reactions);
   transfer_list(archive, settings.constraints.fixes);
   transfer_list(archive, settings.constraints.others);
+  transfer_list(archive, settings.obstacles);
 }
 
 TETRACTION_TRANSFER(PhaseTimes, mesh, setup, stability, stepping, output)

@@ -16,8 +16,10 @@ enum class Stage {
   kSet,
   kUnfix,
   kRemoveConstraint,
+  kRemoveObstacle,
   kFix,
   kConstraint,
+  kObstacle,
   kLoad,        // in the order of LoadKind
   kChangeState  // in the order of their kinds
 };
@@ -126,6 +128,13 @@ class EventWriter {
   void operator()(const RemoveConstraint& edit) {
     begin({Stage::kRemoveConstraint, {}, {}});
     block_.others.push_back({"remove_constraint", std::to_string(edit.index)});
+  }
+  void operator()(const SetObstacle& edit) {
+    change_entry({Stage::kObstacle, {}, {}}, "obstacle", now_.obstacle, edit);
+  }
+  void operator()(const RemoveObstacle& edit) {
+    begin({Stage::kRemoveObstacle, {}, {}});
+    block_.others.push_back({"remove_obstacle", std::to_string(edit.index)});
   }
   template <class Change>
   void operator()(const ChangeState<Change>& edit) {

@@ -114,6 +114,7 @@ Edit edit_of(const ChangedSection& section, const Scene& scene, const Scene& nex
     return SetForce{existing(scene.list(*kind)), next.list(*kind)[i]};
   }
   if (section.name == "fix") return SetFix{existing(scene.fix), next.fix[i]};
+  if (section.name == "obstacle") return SetObstacle{existing(scene.obstacle), next.obstacle[i]};
   return SetConstraint{existing(scene.constraint), next.constraint[i]};
 }
 
@@ -200,7 +201,8 @@ Scene read_changed(TomlDocument& document, std::vector<TomlDocument::Change>& ch
 }  // namespace
 
 void read_events(const TomlDocument& document, const TomlTable& root,
-                 const SectionReader& read_sections, Scene& scene) {
+                 const SectionReader& read_sections, const ObstacleReader& complete_obstacle,
+                 Scene& scene) {
   struct Timed {
     EventSettings event;
     TomlTable table;
@@ -290,6 +292,10 @@ void read_events(const TomlDocument& document, const TomlTable& root,
       event.edits.emplace_back(RemoveConstraint{
           read_number(table, "remove_constraint", now.constraint.size(), "[[constraint]]")});
     }
+    if (table.has("remove_obstacle")) {
+      event.edits.emplace_back(RemoveObstacle{
+          read_number(table, "remove_obstacle", now.obstacle.size(), "[[obstacle]]")});
+    }
     // An added entry gets the next number of its list. Later events can change it by this number.
     const auto add_entries = [&](const SceneSection& section, auto& list, const auto& fresh) {
       for (const TomlTable& entry : entries_of(table, section)) {
@@ -299,11 +305,13 @@ void read_events(const TomlDocument& document, const TomlTable& root,
         list.push_back(fresh);
         read_settings(entry, section, &list.back());
         using Entry = std::remove_cvref_t<decltype(fresh)>;
+        if constexpr (std::is_same_v<Entry, ObstacleSettings>) complete_obstacle(list.back());
         event.edits.emplace_back(SetEntry<Entry>{std::nullopt, list.back()});
       }
     };
     add_entries(section_of<FixSettings>(), now.fix, FixSettings());
     add_entries(section_of<ConstraintSettings>(), now.constraint, ConstraintSettings());
+    add_entries(section_of<ObstacleSettings>(), now.obstacle, ObstacleSettings());
     for (const LoadKind kind : values_of<LoadKind>()) {
       ForceSettings load;
       load.kind = kind;
@@ -312,8 +320,8 @@ void read_events(const TomlDocument& document, const TomlTable& root,
     read_state_changes(table, event.edits, std::type_identity<Edit>());
     if (event.edits.empty()) {
       table.refuse_table(
-          "changes nothing: give set, unset, fix, unfix, constraint, remove_constraint, a load "
-          "such as force, momentum or shift.");
+          "changes nothing: give set, unset, fix, unfix, constraint, remove_constraint, obstacle, "
+          "remove_obstacle, a load such as force, momentum or shift.");
     }
     scene.event.push_back(std::move(event));
   }

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <map>
 #include <utility>
 
 #include "core/quoting.h"
@@ -96,14 +97,30 @@ void complete_amplitude(const TomlTable& table, const std::string& folder, Scene
   }
 }
 
-void complete_obstacle(const std::string& folder, ObstacleSettings& obstacle) {
-  if (obstacle.kind != ObstacleKind::kMesh) return;
-  const fs::path path(obstacle.file);
-  if (path.is_relative()) obstacle.file = (fs::path(folder) / path).lexically_normal().string();
-  TriangleFile surface = read_triangle_file(obstacle.file);
-  obstacle.points = std::move(surface.points);
-  obstacle.triangles = std::move(surface.triangles);
-}
+// The surfaces of obstacles by their paths. Each file is read once, however many events change its obstacle.
+class ObstacleFiles {
+ public:
+  explicit ObstacleFiles(std::string folder) : folder_(std::move(folder)) {}
+
+  void complete(ObstacleSettings& obstacle) {
+    if (obstacle.kind != ObstacleKind::kMesh) return;
+    const fs::path path(obstacle.file);
+    if (path.is_relative()) obstacle.file = (fs::path(folder_) / path).lexically_normal().string();
+    auto known = surfaces_.find(obstacle.file);
+    if (known == surfaces_.end()) {
+      TriangleFile read = read_triangle_file(obstacle.file);
+      known = surfaces_
+                  .emplace(obstacle.file, std::make_shared<const MeshShape>(MeshShape{
+                                              std::move(read.points), std::move(read.triangles)}))
+                  .first;
+    }
+    obstacle.surface = known->second;
+  }
+
+ private:
+  std::string folder_;
+  std::map<std::string, std::shared_ptr<const MeshShape>> surfaces_;
+};
 
 void complete_initial(const TomlTable& table, const std::string& folder, InitialSettings& initial) {
   for (const char* key : {"stretch", "displacement", "displacement_array"}) {
@@ -118,7 +135,7 @@ void complete_initial(const TomlTable& table, const std::string& folder, Initial
 // Reads the table of a section into a scene, and what belongs to it beyond its keys. `folder` is
 // where the scene lies: the paths of files are relative to it.
 void read_part(const TomlTable& table, const ScenePart& part, const std::string& folder,
-               Scene& scene) {
+               ObstacleFiles& files, Scene& scene) {
   const std::string_view name = part.section->name;
   if (name == "amplitude") check_amplitude_kind(table);
   read_settings(table, *part.section, part.add(scene));
@@ -139,7 +156,7 @@ void read_part(const TomlTable& table, const ScenePart& part, const std::string&
   } else if (name == "amplitude") {
     complete_amplitude(table, folder, scene);
   } else if (name == "obstacle") {
-    complete_obstacle(folder, scene.obstacle.back());
+    files.complete(scene.obstacle.back());
   } else if (name == "initial") {
     complete_initial(table, folder, scene.initial);
   }
@@ -172,7 +189,7 @@ void check_amplitudes(const TomlTable& root, const Scene& scene) {
 }
 
 // Everything but the events.
-Scene read_sections(const TomlDocument& document, const std::string& path) {
+Scene read_sections(const TomlDocument& document, const std::string& path, ObstacleFiles& files) {
   const TomlTable root(document, document.root(), "", root_keys());
   Scene scene;
   scene.path = path;
@@ -185,18 +202,20 @@ Scene read_sections(const TomlDocument& document, const std::string& path) {
     const TableKeys keys = table_keys(*part.section);
     const std::vector<TomlTable> tables =
         part.is_list ? root.tables(name, keys) : std::vector{root.table(name, keys)};
-    for (const TomlTable& table : tables) read_part(table, part, folder, scene);
+    for (const TomlTable& table : tables) read_part(table, part, folder, files, scene);
   }
   check_amplitudes(root, scene);
   return scene;
 }
 
 Scene read_document(const TomlDocument& document, const std::string& path) {
-  Scene scene = read_sections(document, path);
+  ObstacleFiles files(fs::path(path).parent_path().string());
+  Scene scene = read_sections(document, path, files);
   const TomlTable root(document, document.root(), "", root_keys());
   read_events(
-      document, root, [&path](const TomlDocument& changed) { return read_sections(changed, path); },
-      scene);
+      document, root,
+      [&](const TomlDocument& changed) { return read_sections(changed, path, files); },
+      [&](ObstacleSettings& obstacle) { files.complete(obstacle); }, scene);
   scene.echo = scene_echo(scene);
   return scene;
 }

@@ -65,6 +65,15 @@ Scene with_paths_from(Scene scene, const std::string& folder) {
   for (FieldSettings* field : {&scene.initial.displacement_field, &scene.initial.velocity_field}) {
     if (!field->file.empty()) field->file = relative_path(field->file, folder);
   }
+  const auto set_path = [&](ObstacleSettings& obstacle) {
+    if (!obstacle.file.empty()) obstacle.file = relative_path(obstacle.file, folder);
+  };
+  for (ObstacleSettings& obstacle : scene.obstacle) set_path(obstacle);
+  for (EventSettings& event : scene.event) {
+    for (Edit& edit : event.edits) {
+      if (auto* set = std::get_if<SetObstacle>(&edit)) set_path(set->entry);
+    }
+  }
   return scene;
 }
 
@@ -106,7 +115,7 @@ std::string scene_text(const Scene& scene, const std::string& folder) {
     }
     for (const void* settings : part.entries(written)) text += part_text(part, settings);
   }
-  return text.substr(1) + event_text(scene);  // without the line before the first section
+  return text.substr(1) + event_text(written);  // without the line before the first section
 }
 
 void write_scene(const Scene& scene, const std::string& path) {

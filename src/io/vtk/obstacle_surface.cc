@@ -227,6 +227,7 @@ std::shared_ptr<const ObstacleSurface> obstacle_surface(const Contact& contact,
   auto surface = std::make_shared<ObstacleSurface>();
   for (std::size_t i = 0; i < contact.size(); ++i) {
     const Obstacle& obstacle = contact.obstacle(i);
+    if (obstacle.removed) continue;
     add_obstacle_surface(obstacle.shape, frame_at(obstacle.motion, time, load_factor), body,
                          static_cast<int>(i), *surface);
   }

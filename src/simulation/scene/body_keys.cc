@@ -229,8 +229,8 @@ SceneSection event_section() {
        &S::at},
       {{.name = "set",
         .help = "`{ \"KEY\" = VALUE, … }` with any key of `[material]`, `[[material_region]]`, "
-                "`[time]`, `[solver]`, `[damping]`, `[environment]`, `[[fix]]`, `[[constraint]]` "
-                "and the loads, written as with `--set`: `\"time.step\" = 1e-3`, "
+                "`[time]`, `[solver]`, `[damping]`, `[environment]`, `[[fix]]`, `[[constraint]]`, "
+                "`[[obstacle]]` and the loads, written as with `--set`: `\"time.step\" = 1e-3`, "
                 "`\"force.0.vector\" = [0, 1, 0]`, `\"constraint.0.velocity\" = [0, 0, 0]`"},
        DocumentedValue<S>{"table"}},
       {{.name = "unset",
@@ -244,10 +244,16 @@ SceneSection event_section() {
       {{.name = "remove_constraint",
         .help = "takes the `[[constraint]]` with that number away; the others keep theirs"},
        DocumentedValue<S>{"whole number"}},
+      {{.name = "remove_obstacle",
+        .help = "takes the `[[obstacle]]` with that number away; the others keep theirs"},
+       DocumentedValue<S>{"whole number"}},
       {{.name = "fix",
         .help = "fixes vertices, with the keys of `[[fix]]`; by default where they are then"},
        DocumentedValue<S>{"table or list of tables"}},
       {{.name = "constraint", .help = "adds a constraint, with the keys of `[[constraint]]`"},
+       DocumentedValue<S>{"table or list of tables"}},
+      {{.name = "obstacle",
+        .help = "adds an obstacle, with the keys of `[[obstacle]]`; it stands there at that time"},
        DocumentedValue<S>{"table or list of tables"}}};
   // A KeyInfo refers to its texts.
   static const std::vector<std::string> helps = [] {

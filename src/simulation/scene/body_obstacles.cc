@@ -18,7 +18,13 @@ namespace {
 
 // The surface of a file in m.
 MeshShape mesh_of(const ObstacleSettings& settings) {
-  MeshShape mesh{settings.points, settings.triangles};
+  if (!settings.surface) {
+    throw InputError(
+        fmt::format("The obstacle \"{}\" has no surface: only the reader of scene "
+                    "files reads \"{}\". Set ObstacleSettings::surface.",
+                    settings.name, settings.file));
+  }
+  MeshShape mesh = *settings.surface;
   MeshSettings file;
   file.unit = settings.unit;
   const double metres = coordinate_scale(file);
@@ -90,18 +96,36 @@ double least_modulus(const MechanicalSystem& system) {
   return least;
 }
 
-Obstacle make_obstacle(const ObstacleSettings& settings, const Scene& scene,
+ObstacleMotion motion_of(const ObstacleSettings& settings, const ObstacleStart& start,
+                         const ObstacleShape& shape,
+                         const std::vector<AmplitudeSettings>& amplitudes) {
+  ObstacleMotion motion;
+  motion.velocity = settings.velocity;
+  motion.angular_velocity = settings.angular_velocity;
+  motion.about = settings.about ? Vector3(*settings.about + start.way)
+                                : start.frame.to_world(center_of(settings, shape));
+  motion.history = {settings.from, settings.until,
+                    find_amplitude(amplitudes, settings.amplitude, settings.where)};
+  motion.begin = start.time;
+  motion.start = start.frame;
+  motion.offset = settings.offset;
+  return motion;
+}
+
+// Whether both settings move an obstacle in the same way.
+bool has_same_motion(const ObstacleSettings& a, const ObstacleSettings& b) {
+  return a.velocity == b.velocity && a.angular_velocity == b.angular_velocity &&
+         a.about == b.about && a.amplitude == b.amplitude && a.from == b.from && a.until == b.until;
+}
+
+Obstacle make_obstacle(const ObstacleSettings& settings, const ObstacleStart& start,
+                       const std::vector<AmplitudeSettings>& amplitudes,
                        const MechanicalSystem& system) {
   const TetMesh& mesh = system.mesh();
   Obstacle obstacle;
   obstacle.name = settings.name;
   obstacle.shape = shape_of(settings);
-  obstacle.motion.velocity = settings.velocity;
-  obstacle.motion.angular_velocity = settings.angular_velocity;
-  obstacle.motion.about = settings.about.value_or(center_of(settings, obstacle.shape));
-  obstacle.motion.history = {settings.from, settings.until,
-                             find_amplitude(scene.amplitude, settings.amplitude, settings.where)};
-  obstacle.motion.offset = settings.offset;
+  obstacle.motion = motion_of(settings, start, obstacle.shape, amplitudes);
   obstacle.friction = settings.friction;
   obstacle.slip_speed = settings.slip_speed;
   obstacle.surface = std::holds_alternative<SelectAll>(without_name(settings.select))
@@ -110,17 +134,64 @@ Obstacle make_obstacle(const ObstacleSettings& settings, const Scene& scene,
   // The middles of the edges of quadratic tetrahedra are vertices of the surface, too.
   const double share = mesh.is_quadratic() ? 0.05 : 0.1;
   obstacle.thickness = settings.thickness.value_or(share * mean_edge(mesh, obstacle.surface));
-  obstacle.stiffness = settings.stiffness.value_or(least_modulus(system));
+  obstacle.stiffness = settings.stiffness.value_or(start.stiffness);
   return obstacle;
 }
 
 }  // namespace
 
-std::shared_ptr<const Contact> make_contact(const Scene& scene, const MechanicalSystem& system) {
-  if (scene.obstacle.empty()) return nullptr;
+std::vector<BodyObstacle> initial_obstacles(const Scene& scene, const MechanicalSystem& system) {
+  std::vector<BodyObstacle> obstacles;
+  for (std::size_t i = 0; i < scene.obstacle.size(); ++i) {
+    set_obstacle(obstacles, i, scene.obstacle[i], 0.0, scene.amplitude, system);
+  }
+  return obstacles;
+}
+
+bool may_touch_obstacles(const Scene& scene) {
+  const auto adds = [](const EventSettings& event) {
+    return std::any_of(event.edits.begin(), event.edits.end(),
+                       [](const Edit& edit) { return std::holds_alternative<SetObstacle>(edit); });
+  };
+  return !scene.obstacle.empty() || std::any_of(scene.event.begin(), scene.event.end(), adds);
+}
+
+void set_obstacle(std::vector<BodyObstacle>& obstacles, std::size_t number,
+                  const ObstacleSettings& settings, double time,
+                  const std::vector<AmplitudeSettings>& amplitudes,
+                  const MechanicalSystem& system) {
+  if (number > obstacles.size()) {
+    throw InputError(fmt::format("obstacle number {} does not exist: there are {}, counted from 0.",
+                                 number, obstacles.size()));
+  }
+  if (number == obstacles.size()) {
+    BodyObstacle added{settings};
+    added.start.time = time;
+    added.start.stiffness = least_modulus(system);
+    obstacles.push_back(std::move(added));
+    return;
+  }
+  BodyObstacle& obstacle = obstacles[number];
+  if (!has_same_motion(obstacle.settings, settings)) {
+    ObstacleStart& start = obstacle.start;
+    const ObstacleMotion motion =
+        motion_of(obstacle.settings, start, shape_of(obstacle.settings), amplitudes);
+    start.way += path_at(motion, time) * motion.velocity;
+    start.frame = frame_at(motion, time, 0.0);
+    start.time = time;
+  }
+  obstacle.settings = settings;
+  obstacle.removed = false;
+}
+
+std::shared_ptr<const Contact> make_contact(const std::vector<BodyObstacle>& all,
+                                            const std::vector<AmplitudeSettings>& amplitudes,
+                                            const MechanicalSystem& system,
+                                            const Contact* earlier) {
   std::set<std::string> names;
   std::vector<Obstacle> obstacles;
-  for (const ObstacleSettings& settings : scene.obstacle) {
+  for (const BodyObstacle& each : all) {
+    const ObstacleSettings& settings = each.settings;
     const std::string place = settings.where.empty() ? "" : settings.where + ": ";
     if (!names.insert(settings.name).second) {
       throw InputError(
@@ -128,13 +199,14 @@ std::shared_ptr<const Contact> make_contact(const Scene& scene, const Mechanical
                       place, settings.name));
     }
     try {
-      obstacles.push_back(make_obstacle(settings, scene, system));
+      obstacles.push_back(make_obstacle(settings, each.start, amplitudes, system));
+      obstacles.back().removed = each.removed;
     } catch (const InputError& error) {
       const std::string message = error.what();
       throw InputError(message.rfind(place, 0) == 0 ? message : place + message);
     }
   }
-  return std::make_shared<const Contact>(system.mesh(), std::move(obstacles));
+  return std::make_shared<const Contact>(system.mesh(), std::move(obstacles), earlier);
 }
 
 void refuse_penetration(const MechanicalSystem& system, const Vector& position, double time,

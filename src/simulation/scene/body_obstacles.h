@@ -3,15 +3,31 @@
 
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "tetraction/dynamics/contact/contact.h"
 #include "tetraction/dynamics/mechanical_system.h"
-#include "tetraction/simulation/scene.h"
+#include "tetraction/simulation/run_settings.h"
 
 namespace tetraction {
 
-/// The contact with all [[obstacle]] of the scene; null if there are none. Throws InputError.
-std::shared_ptr<const Contact> make_contact(const Scene& scene, const MechanicalSystem& system);
+/// The obstacles of the scene at the time 0.
+std::vector<BodyObstacle> initial_obstacles(const Scene& scene, const MechanicalSystem& system);
+
+/// Whether the scene has obstacles, or its events add some.
+bool may_touch_obstacles(const Scene& scene);
+
+/// The contact with these obstacles. It shares with `earlier` what has not changed. Throws InputError.
+std::shared_ptr<const Contact> make_contact(const std::vector<BodyObstacle>& obstacles,
+                                            const std::vector<AmplitudeSettings>& amplitudes,
+                                            const MechanicalSystem& system,
+                                            const Contact* earlier = nullptr);
+
+/// The obstacle with that number with other settings from this time on; `number` may be that of a new one. Throws
+/// InputError if there is none.
+void set_obstacle(std::vector<BodyObstacle>& obstacles, std::size_t number,
+                  const ObstacleSettings& settings, double time,
+                  const std::vector<AmplitudeSettings>& amplitudes, const MechanicalSystem& system);
 
 /// Throws InputError if a vertex penetrates an obstacle at these positions. The message begins with `what` and has the
 /// obstacle, the numbers of some vertices and the depth.

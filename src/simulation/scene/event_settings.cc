@@ -53,6 +53,17 @@ struct SettingsEditor {
     if (edit.index >= constraints.other_settings.size()) refuse();
     constraints.other_settings[edit.index].reset();
   }
+  void operator()(const SetObstacle& edit) {
+    const std::size_t number = edit.index.value_or(settings.obstacles.size());
+    if (number > settings.obstacles.size()) refuse();
+    if (number == settings.obstacles.size()) settings.obstacles.emplace_back();
+    settings.obstacles[number].settings = edit.entry;
+    settings.obstacles[number].removed = false;
+  }
+  void operator()(const RemoveObstacle& edit) {
+    if (edit.index >= settings.obstacles.size()) refuse();
+    settings.obstacles[edit.index].removed = true;
+  }
   // They change the state, or the objects of constraints.
   void operator()(const Unfix&) {}
   template <class Change>
@@ -88,6 +99,9 @@ RunSettings initial_settings(const Scene& scene) {
     settings.materials.push_back(region.material);
   }
   settings.loads = scene;
+  for (const ObstacleSettings& obstacle : scene.obstacle) {
+    settings.obstacles.push_back({obstacle});
+  }
   return settings;
 }
 

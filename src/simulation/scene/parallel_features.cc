@@ -10,6 +10,7 @@ namespace tetraction {
 namespace {
 
 constexpr const char* kTakeForce = "take [[force]]";
+constexpr const char* kLeaveObstacle = "leave it out, or take a [[fix]] where the body only rests";
 constexpr const char* kTakeFix = "take [[fix]] if vertices are only held or led";
 
 [[noreturn]] void refuse(const std::string& where, const std::string& what,
@@ -45,6 +46,8 @@ struct EditCheck {
   void operator()(const SetPull&) const { refuse(where, "[pull]", kTakeForce); }
   void operator()(const SetConstraint&) const { refuse(where, "[[constraint]]", kTakeFix); }
   void operator()(const RemoveConstraint&) const { refuse(where, "[[constraint]]", kTakeFix); }
+  void operator()(const SetObstacle&) const { refuse(where, "[[obstacle]]", kLeaveObstacle); }
+  void operator()(const RemoveObstacle&) const { refuse(where, "[[obstacle]]", kLeaveObstacle); }
   void operator()(const ShiftState&) const { refuse(where, "a shift of vertices", "leave it out"); }
   template <class Other>
   void operator()(const Other&) const {}
@@ -76,8 +79,7 @@ void refuse_what_parts_lack(const Scene& scene, Analysis analysis) {
     refuse(scene.constraint.front().where, "[[constraint]]", kTakeFix);
   }
   if (!scene.obstacle.empty()) {
-    refuse(scene.obstacle.front().where, "[[obstacle]]",
-           "leave it out, or take a [[fix]] where the body only rests");
+    refuse(scene.obstacle.front().where, "[[obstacle]]", kLeaveObstacle);
   }
   if (!scene.force_term.empty()) refuse("", "a force term of a program", "leave it out");
   for (const EventSettings& event : scene.event) {

@@ -103,7 +103,9 @@ std::unique_ptr<MechanicalSystem> make_system(const Scene& scene, TetMesh mesh) 
                                                    scene.mesh.volume);
   put_sections(scene, *system, scene.amplitude);
   set_loads(scene, *system);
-  system->set_contact(make_contact(scene, *system));
+  if (may_touch_obstacles(scene)) {
+    system->set_contact(make_contact(initial_obstacles(scene, *system), scene.amplitude, *system));
+  }
   for (const auto& term : scene.force_term) system->add_force_term(term);
   return system;
 }
@@ -143,6 +145,11 @@ struct SelectionCheck {
   void operator()(const Unfix& edit) const { select_at(system.mesh(), edit.select, edit.where); }
   void operator()(const SetConstraint& edit) const {
     make_constraint(edit.entry, system, system.mesh().rest_positions(), 0.0, amplitudes);
+  }
+  void operator()(const SetObstacle& edit) const {
+    std::vector<BodyObstacle> added;
+    set_obstacle(added, 0, edit.entry, 0.0, amplitudes, system);
+    make_contact(added, amplitudes, system);
   }
   void operator()(const ShiftState& edit) const { check_shift(edit.change, system.mesh()); }
   template <class Change>

@@ -96,10 +96,10 @@ const std::vector<ScenePart>& scene_parts() {
                ChangeableSections::members());
     all.push_back(list(&Scene::fix));
     all.push_back(list(&Scene::constraint));
+    all.push_back(list(&Scene::obstacle));
     for (const LoadKind kind : values_of<LoadKind>()) all.push_back(loads(kind));
-    for (const ScenePart& later :
-         {list(&Scene::obstacle), list(&Scene::amplitude), part(&Scene::initial),
-          part(&Scene::output), list(&Scene::probe)}) {
+    for (const ScenePart& later : {list(&Scene::amplitude), part(&Scene::initial),
+                                   part(&Scene::output), list(&Scene::probe)}) {
       all.push_back(constant(later));
     }
     return all;

@@ -67,6 +67,7 @@ Session::Session(Scene scene, TetMesh mesh, Analysis analysis, double largest_in
   {
     const PhaseTimer timer(run.times.setup);
     run.system = make_system(run.scene, std::move(mesh));
+    run.settings.obstacles = initial_obstacles(run.scene, *run.system);
     run.reactions = Reactions::zero(run.system->dof_count());
     s.probes = std::make_unique<ProbeSet>(run.scene.probe, *run.system);
     if (analysis == Analysis::kEquilibrium) {

@@ -12,51 +12,13 @@
 #include "core/fingerprint.h"
 #include "session_impl.h"
 #include "simulation/scene/body_loads.h"
+#include "simulation/scene/body_obstacles.h"
 #include "simulation/scene/setting_keys.h"
 #include "tetraction/core/error.h"
 #include "tetraction/simulation/scene_objects.h"
 
 namespace tetraction {
 namespace {
-
-// The objects of a system that edits may replace, without its constraints: materials, environment, damping and
-// loads.
-class SystemSettings {
- public:
-  // Those that the system has.
-  explicit SystemSettings(const MechanicalSystem& system)
-      : materials_(system.materials()),
-        environment_(system.environment()),
-        damping_(system.damping()),
-        loads_{system.forces(), system.pressures()} {}
-  // Those of the settings. Throws InputError.
-  SystemSettings(const RunSettings& settings, const MechanicalSystem& system,
-                 const AmplitudeList& amplitudes)
-      : environment_(make_environment(settings.environment, amplitudes)),
-        damping_(settings.damping),
-        loads_(make_loads(settings.loads, system, amplitudes)) {
-    for (std::size_t i = 0; i < settings.materials.size(); ++i) {
-      materials_.push_back(make_material(settings.materials[i], system, static_cast<Index>(i)));
-    }
-  }
-
-  // Sets them in a system with as many regions.
-  void put_in(MechanicalSystem& system) {
-    for (std::size_t i = 0; i < materials_.size(); ++i) {
-      system.set_material(static_cast<Index>(i), materials_[i]);
-    }
-    system.set_environment(environment_);
-    system.set_damping(damping_);
-    system.set_forces(std::move(loads_.forces));
-    system.set_pressures(std::move(loads_.pressures));
-  }
-
- private:
-  std::vector<MaterialField> materials_;
-  Environment environment_;
-  Damping damping_;
-  BodyLoads loads_;
-};
 
 // Made from the vertices and value(e) of each tetrahedron e of the whole body. It is the sum of one number for
 // each of them, so that each part can add up those of its own.
@@ -136,7 +98,7 @@ void require_own(const Checkpoint& checkpoint, const RunData& run, const BodyIde
         "body of {} vertices and {} regions needs.",
         system.vertex_count(), system.region_count()));
   }
-  // Edits add forces, fixes and constraints, and remove none: a run never has fewer than its scene.
+  // Edits add forces, fixes, constraints and obstacles, and remove none: a run never has fewer than its scene.
   const BodyConstraints& constraints = checkpoint.settings.constraints;
   const auto require = [](const std::string& what, std::size_t has, std::size_t scene_has) {
     if (has >= scene_has) return;
@@ -146,6 +108,7 @@ void require_own(const Checkpoint& checkpoint, const RunData& run, const BodyIde
   };
   require("[[fix]]", constraints.fixes.size(), scene.fix.size());
   require("[[constraint]]", constraints.others.size(), scene.constraint.size());
+  require("[[obstacle]]", checkpoint.settings.obstacles.size(), scene.obstacle.size());
   for (const LoadKind kind : values_of<LoadKind>()) {
     require(fmt::format("[[{}]]", to_string(kind)), checkpoint.settings.loads.list(kind).size(),
             scene.list(kind).size());
@@ -234,9 +197,14 @@ void Session::restore(const Checkpoint& checkpoint) {
   MaterialsAndLoads old{s.run.system->materials(),
                         {s.run.system->forces(), s.run.system->pressures()}};
   std::optional<Constraints> old_constraints;
+  std::shared_ptr<const Contact> old_contact;
   std::unique_ptr<Stepper> stepper;
   const TimeSettings& time = own.settings.time;
   try {
+    if (const Contact* present = s.run.system->contact(); present != nullptr) {
+      old_contact = s.run.system->set_contact(
+          make_contact(own.settings.obstacles, s.run.scene.amplitude, *s.run.system, present));
+    }
     make_materials_and_loads(own.settings, *s.run.system, s.run.scene.amplitude)
         .put_in(*s.run.system);
     put_sections(own.settings, *s.run.system, s.run.scene.amplitude);
@@ -250,6 +218,7 @@ void Session::restore(const Checkpoint& checkpoint) {
     s.inversions.renew(*s.run.system);
   } catch (...) {
     if (old_constraints) s.run.system->set_constraints(std::move(*old_constraints));
+    if (old_contact) s.run.system->set_contact(std::move(old_contact));
     old.put_in(*s.run.system);
     put_sections(s.run.settings, *s.run.system, s.run.scene.amplitude);
     throw;

@@ -12,6 +12,7 @@
 #include "mesh/shared_error.h"
 #include "run_warnings.h"
 #include "simulation/scene/body_loads.h"
+#include "simulation/scene/body_obstacles.h"
 #include "simulation/scene/initial_state.h"
 #include "simulation/scene/setting_keys.h"
 #include "simulation/stepping/limit_estimates.h"
@@ -250,6 +251,35 @@ struct Editor {
     constraints.others[edit.index] = PrescribedVertices{};  // an empty one
     constraints.other_settings[edit.index].reset();
     renewal.constraints = renewal.limit = true;
+  }
+  void operator()(const SetObstacle& edit) {
+    std::vector<BodyObstacle>& all = settings.obstacles;
+    const std::size_t number = edit.index.value_or(all.size());
+    if (number < all.size()) {
+      undo.keep_entry(all, number);
+    } else if (!edit.index) {
+      undo.remove_last(all);
+    }
+    set_obstacle(all, number, edit.entry, state.time, amplitudes, system);
+    renew_contact("With this change the body");
+  }
+  void operator()(const RemoveObstacle& edit) {
+    require_index(settings.obstacles, edit.index, "obstacle");
+    undo.keep_entry(settings.obstacles, edit.index);
+    settings.obstacles[edit.index].removed = true;
+    renew_contact("The body");
+  }
+  void renew_contact(const std::string& body) {
+    if (system.contact() == nullptr) {
+      throw InputError(
+          "Obstacles can be added to a run only if its scene has obstacles or events that add "
+          "some.");
+    }
+    std::shared_ptr<const Contact> old =
+        system.set_contact(make_contact(settings.obstacles, amplitudes, system, system.contact()));
+    undo.add([this_system = &system, old] { this_system->set_contact(old); });
+    refuse_penetration(system, state.position, state.time, body);
+    renewal.stepper = renewal.limit = true;
   }
   void operator()(const SetMomentum& edit) {
     if (!edit.change.value.allFinite()) {

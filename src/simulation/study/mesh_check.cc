@@ -45,7 +45,7 @@ class MeshDependence {
       check(constraint, constraint.where);
     }
     for (const ObstacleSettings& obstacle : scene.obstacle) {
-      check_selection(obstacle.select, obstacle.where);
+      check(obstacle, obstacle.where);
     }
     for (const LoadKind kind : {LoadKind::kForce, LoadKind::kMoment, LoadKind::kTraction,
                                 LoadKind::kPressure, LoadKind::kBodyForce}) {
@@ -103,6 +103,9 @@ class MeshDependence {
   }
   void check(const ConstraintSettings& constraint, const std::string& where) const {
     if (has_selection(constraint.kind)) check_selection(constraint.select, where);
+  }
+  void check(const ObstacleSettings& obstacle, const std::string& where) const {
+    check_selection(obstacle.select, where);
   }
   void check(const ForceSettings& load, const std::string& where) const {
     check_selection(load.select, where);

@@ -7,16 +7,15 @@
 #include <limits>
 #include <utility>
 
+#include "drag_speed.h"
 #include "tetraction/core/error.h"
 #include "viewer/snapshot_maker.h"
 
 namespace tetraction::viewer {
 namespace {
 
-// Largest velocity of the vertices as a fraction of the wave speed, and largest displacement in a step
-// as a fraction of an edge. A vertex that is faster than the waves in the body inverts elements, and so
-// does a vertex that moves by more than an element in one step.
-constexpr double kWaveSpeedFraction = 0.25;
+// Largest displacement in a step as a fraction of an edge. A vertex that moves by more than an element in one step
+// inverts elements.
 constexpr double kEdgeFraction = 0.2;
 constexpr double kTolerance = 1e-6;  // relative: of an edge, and of the speed
 
@@ -35,15 +34,6 @@ double shortest_edge_at(const TetMesh& mesh, const std::vector<Index>& vertices)
     }
   }
   return shortest;
-}
-
-double slowest_shear_wave(const Session& session) {
-  double slowest = std::numeric_limits<double>::infinity();
-  const MechanicalSystem& system = session.system();
-  for (Index e = 0; e < system.rest().element_count(); ++e) {
-    slowest = std::min(slowest, std::sqrt(system.lame(e).mu / system.density(e)));
-  }
-  return slowest;
 }
 
 }  // namespace

@@ -130,6 +130,15 @@ struct EditHistory::BeforeVisitor {
     return constraint(e.index.value_or(session.constraints().size()));
   }
   std::vector<Before> operator()(const RemoveConstraint& e) const { return constraint(e.index); }
+  std::vector<Before> obstacle(std::size_t i) const {
+    const std::vector<BodyObstacle>& all = session.settings().obstacles;
+    if (i >= all.size() || all[i].removed) return {Added{list_of(ObstacleSettings()), i}};
+    return {Edit(SetObstacle{i, all[i].settings})};
+  }
+  std::vector<Before> operator()(const SetObstacle& e) const {
+    return obstacle(e.index.value_or(session.settings().obstacles.size()));
+  }
+  std::vector<Before> operator()(const RemoveObstacle& e) const { return obstacle(e.index); }
   template <class Change>
   std::vector<Before> operator()(const ChangeState<Change>&) const {
     return {};
@@ -277,7 +286,7 @@ Edit EditHistory::inverse(const FixBefore& before, bool at_once) const {
   return SetFix{before.index, fix};
 }
 
-// The edits that restore the earlier settings. Edits that release vertices or remove constraints come
+// The edits that restore the earlier settings. Edits that release vertices or remove constraints and obstacles come
 // first.
 std::vector<Edit> EditHistory::inverse(const Entry& entry) const {
   std::vector<Edit> release;
@@ -294,6 +303,10 @@ std::vector<Edit> EditHistory::inverse(const Entry& entry) const {
         if (zero.total) zero.total->setZero();
         if (zero.acceleration) zero.acceleration->setZero();
         edits.emplace_back(SetForce{added->index, zero});
+      } else if (added->list == list_of(ObstacleSettings())) {
+        if (!session_.settings().obstacles[added->index].removed) {
+          release.emplace_back(RemoveObstacle{added->index});
+        }
       } else if (session_.constraints()[added->index]) {
         release.emplace_back(RemoveConstraint{added->index});
       }

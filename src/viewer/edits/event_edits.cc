@@ -88,6 +88,7 @@ struct Check {
   }
   void operator()(Unfix& edit) const { check_selection(edit.select); }
   void operator()(RemoveConstraint&) const {}
+  void operator()(RemoveObstacle&) const {}
   template <class Change>
   void operator()(ChangeState<Change>& edit) const {
     if constexpr (requires { edit.change.select; }) check_selection(edit.change.select);
@@ -112,8 +113,9 @@ bool changes_what_was_removed(const Edit& edit, const Edit& translated, const En
   const std::size_t number = *edited_entry(edit)->index;
   const auto removes = [&](const Edit& other) {
     const std::optional<EditedEntry> entry = edited_entry(other);
-    const bool is_removal =
-        std::holds_alternative<Unfix>(other) || std::holds_alternative<RemoveConstraint>(other);
+    const bool is_removal = std::holds_alternative<Unfix>(other) ||
+                            std::holds_alternative<RemoveConstraint>(other) ||
+                            std::holds_alternative<RemoveObstacle>(other);
     return is_removal && entry->list == wanted->list && entry->index.value_or(number) == number;
   };
   return std::ranges::none_of(earlier, [&](const EventSettings& event) {

@@ -8,13 +8,14 @@ namespace tetraction::viewer {
 namespace {
 
 ForEachList<std::size_t> counts_with(const LoadLists& loads, std::size_t fixes,
-                                     std::size_t constraints) {
+                                     std::size_t constraints, std::size_t obstacles) {
   ForEachList<std::size_t> counts{};
   for (const LoadKind kind : values_of<LoadKind>()) {
     counts[static_cast<std::size_t>(kind)] = loads.list(kind).size();
   }
   counts[list_of(FixSettings())] = fixes;
   counts[list_of(ConstraintSettings())] = constraints;
+  counts[list_of(ObstacleSettings())] = obstacles;
   return counts;
 }
 
@@ -29,6 +30,8 @@ std::optional<EditedEntry> edited_entry(const Edit& edit) {
           return EditedEntry{list_of(FixSettings()), kind.fix};
         } else if constexpr (std::is_same_v<Kind, RemoveConstraint>) {
           return EditedEntry{list_of(ConstraintSettings()), kind.index};
+        } else if constexpr (std::is_same_v<Kind, RemoveObstacle>) {
+          return EditedEntry{list_of(ObstacleSettings()), kind.index};
         } else {
           return std::nullopt;
         }
@@ -39,7 +42,8 @@ std::optional<EditedEntry> edited_entry(const Edit& edit) {
 void set_index(Edit& edit, std::size_t index) {
   std::visit(
       [index]<class Kind>(Kind& kind) {
-        if constexpr (kSetsEntry<Kind> || std::is_same_v<Kind, RemoveConstraint>) {
+        if constexpr (kSetsEntry<Kind> || std::is_same_v<Kind, RemoveConstraint> ||
+                      std::is_same_v<Kind, RemoveObstacle>) {
           kind.index = index;
         } else if constexpr (std::is_same_v<Kind, Unfix>) {
           kind.fix = index;
@@ -49,7 +53,8 @@ void set_index(Edit& edit, std::size_t index) {
 }
 
 ForEachList<std::size_t> counts_of(const Session& session) {
-  return counts_with(session.loads(), session.fix_count(), session.constraints().size());
+  return counts_with(session.loads(), session.fix_count(), session.constraints().size(),
+                     session.settings().obstacles.size());
 }
 
 EntryNumbers present_entries(const Session& session) {
@@ -58,10 +63,11 @@ EntryNumbers present_entries(const Session& session) {
   const BodyConstraints& constraints = session.settings().constraints;
   for (std::size_t list = 0; list < kEntryLists; ++list) {
     for (std::size_t i = 0; i < counts[list]; ++i) {
-      const bool acts = list == list_of(FixSettings()) ? !constraints.fixes[i].vertices.empty()
-                        : list == list_of(ConstraintSettings())
-                            ? constraints.other_settings[i].has_value()
-                            : true;
+      const bool acts =
+          list == list_of(FixSettings())          ? !constraints.fixes[i].vertices.empty()
+          : list == list_of(ConstraintSettings()) ? constraints.other_settings[i].has_value()
+          : list == list_of(ObstacleSettings())   ? !session.settings().obstacles[i].removed
+                                                  : true;
       if (acts) present[list].push_back(i);
     }
   }
@@ -73,7 +79,8 @@ bool has(const EntryNumbers& numbers, std::size_t list, std::size_t index) {
 }
 
 Numbering::Numbering(const Scene& scene) {
-  const auto counts = counts_with(scene, scene.fix.size(), scene.constraint.size());
+  const auto counts =
+      counts_with(scene, scene.fix.size(), scene.constraint.size(), scene.obstacle.size());
   for (std::size_t list = 0; list < kEntryLists; ++list) {
     for (std::size_t i = 0; i < counts[list]; ++i) numbers_[list].emplace_back(i);
   }

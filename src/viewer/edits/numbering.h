@@ -1,4 +1,4 @@
-// The lists of loads, fixes and constraints, to which edits add entries. The user may have added some,
+// The lists of loads, fixes, constraints and obstacles, to which edits add entries. The user may have added some,
 // so that entries of later events have other numbers than in the scene.
 #pragma once
 
@@ -11,8 +11,8 @@
 namespace tetraction::viewer {
 
 inline constexpr std::size_t kLoadKinds = EnumNames<LoadKind>::names.size();
-/// The loads of each kind, the fixes, and the constraints.
-inline constexpr std::size_t kEntryLists = kLoadKinds + 2;
+/// The loads of each kind, the fixes, the constraints, and the obstacles.
+inline constexpr std::size_t kEntryLists = kLoadKinds + 3;
 template <class Value>
 using ForEachList = std::array<Value, kEntryLists>;
 
@@ -25,6 +25,9 @@ inline std::size_t list_of(const FixSettings&) {
 }
 inline std::size_t list_of(const ConstraintSettings&) {
   return kLoadKinds + 1;
+}
+inline std::size_t list_of(const ObstacleSettings&) {
+  return kLoadKinds + 2;
 }
 
 /// The list that an edit changes, and the entry.
@@ -43,7 +46,7 @@ ForEachList<std::size_t> counts_of(const Session& session);
 
 /// Numbers of entries.
 using EntryNumbers = ForEachList<std::vector<std::size_t>>;
-/// The entries that act: all loads, fixes that hold vertices, and constraints that are not removed.
+/// The entries that act: all loads, fixes that hold vertices, constraints and obstacles that are not removed.
 EntryNumbers present_entries(const Session& session);
 bool has(const EntryNumbers& numbers, std::size_t list, std::size_t index);
 

@@ -35,16 +35,19 @@ class SceneEditing {
   }
   void operator()(const SetForce& edit) { set(edited_.scene.list(edit.entry.kind), edit); }
   void operator()(const SetConstraint& edit) { set(edited_.scene.constraint, edit); }
+  void operator()(const SetObstacle& edit) {
+    const std::size_t place = set(edited_.scene.obstacle, edit);
+    std::erase(edited_.removed[list_of(ObstacleSettings())], place);
+  }
   void operator()(const SetFix& edit) {
     const std::size_t place = set(edited_.scene.fix, edit);
     held_[place] = select_vertices(mesh_, edit.entry.select);
     std::erase(edited_.removed[list_of(FixSettings())], place);
   }
   void operator()(const RemoveConstraint& edit) {
-    const std::size_t list = list_of(ConstraintSettings());
-    const std::size_t place = place_of(list, edit.index);
-    if (place < edited_.numbers[list].size()) edited_.removed[list].push_back(place);
+    remove(list_of(ConstraintSettings()), edit.index);
   }
+  void operator()(const RemoveObstacle& edit) { remove(list_of(ObstacleSettings()), edit.index); }
   void operator()(const Unfix& edit) {
     const std::vector<Index> released = select_vertices(mesh_, edit.select);
     const std::size_t list = list_of(FixSettings());
@@ -61,6 +64,11 @@ class SceneEditing {
     const std::vector<std::size_t>& numbers = edited_.numbers[list];
     return static_cast<std::size_t>(std::find(numbers.begin(), numbers.end(), number) -
                                     numbers.begin());
+  }
+
+  void remove(std::size_t list, std::size_t number) {
+    const std::size_t place = place_of(list, number);
+    if (place < edited_.numbers[list].size()) edited_.removed[list].push_back(place);
   }
 
   // Returns the place of the entry.
@@ -121,6 +129,7 @@ EditedScene edited_scene(const Scene& scene, const TetMesh& mesh,
   }
   edited.counts[list_of(FixSettings())] = scene.fix.size();
   edited.counts[list_of(ConstraintSettings())] = scene.constraint.size();
+  edited.counts[list_of(ObstacleSettings())] = scene.obstacle.size();
   for (std::size_t list = 0; list < kEntryLists; ++list) {
     for (std::size_t i = 0; i < edited.counts[list]; ++i) edited.numbers[list].push_back(i);
   }

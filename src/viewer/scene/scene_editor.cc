@@ -21,6 +21,7 @@ std::optional<std::size_t> edited_list(const std::string& section) {
   }
   if (section == section_of<FixSettings>().name) return list_of(FixSettings());
   if (section == section_of<ConstraintSettings>().name) return list_of(ConstraintSettings());
+  if (section == section_of<ObstacleSettings>().name) return list_of(ObstacleSettings());
   return std::nullopt;
 }
 
@@ -64,6 +65,10 @@ Scene present_scene(const Scene& start, const Settings& settings) {
   for (const std::optional<ConstraintSettings>& constraint : settings.constraints) {
     if (constraint) scene.constraint.push_back(*constraint);
   }
+  scene.obstacle.clear();
+  for (const BodyObstacle& obstacle : settings.obstacles) {
+    if (!obstacle.removed) scene.obstacle.push_back(obstacle.settings);
+  }
   return scene;
 }
 
@@ -82,6 +87,7 @@ Json edited_json(const EditedScene& edited) {
     }
     work(std::string(section_of<FixSettings>().name), list_of(FixSettings()));
     work(std::string(section_of<ConstraintSettings>().name), list_of(ConstraintSettings()));
+    work(std::string(section_of<ObstacleSettings>().name), list_of(ObstacleSettings()));
   };
   each_list([&](const std::string& section, std::size_t list) {
     const auto added = static_cast<int>(edited.numbers[list].size() - edited.counts[list]);
@@ -237,6 +243,8 @@ std::optional<Edit> SceneEditor::edit_of(const SceneChange& change) const {
   json.erase("event");
   const Json before = json;
   const std::optional<std::size_t> list = edited_list(section);
+  // A run whose scene has no obstacles knows no contact.
+  if (list == list_of(ObstacleSettings()) && settings_.obstacles.empty()) return std::nullopt;
   if (change.kind == SceneChange::Kind::kRemove) {
     if (!list) return std::nullopt;
     const std::size_t number = number_of_entry(settings_, *list, change.place.index);
@@ -244,6 +252,7 @@ std::optional<Edit> SceneEditor::edit_of(const SceneChange& change) const {
       return Unfix{SelectAll{}, {}, number};
     }
     if (*list == list_of(ConstraintSettings())) return RemoveConstraint{number};
+    if (*list == list_of(ObstacleSettings())) return RemoveObstacle{number};
     return std::nullopt;
   }
   const Scene after = changed_scene(json, present_, change).scene;
@@ -258,6 +267,7 @@ std::optional<Edit> SceneEditor::edit_of(const SceneChange& change) const {
     if (*list == list_of(ConstraintSettings())) {
       return SetConstraint{number, after.constraint.at(index)};
     }
+    if (*list == list_of(ObstacleSettings())) return SetObstacle{number, after.obstacle.at(index)};
     return SetForce{number, after.list(static_cast<LoadKind>(*list)).at(index)};
   }
   if (change.kind != SceneChange::Kind::kSet) return std::nullopt;

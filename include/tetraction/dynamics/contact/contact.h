@@ -32,8 +32,9 @@ class FrictionStep;
 class Contact : public ForceTerm {
  public:
   /// Throws InputError, with the name of the obstacle, for numbers out of range, for a surface without
-  /// faces, and for a face that the mesh does not have.
-  Contact(const TetMesh& mesh, std::vector<Obstacle> obstacles);
+  /// faces, and for a face that the mesh does not have. Obstacles that `earlier` has with the same numbers, shapes,
+  /// layers and surfaces share what was computed for them.
+  Contact(const TetMesh& mesh, std::vector<Obstacle> obstacles, const Contact* earlier = nullptr);
   ~Contact() override;
   Contact(Contact&&) noexcept;
   Contact& operator=(Contact&&) noexcept;

@@ -52,22 +52,6 @@ MeshShape box_surface(const Vector3& min, const Vector3& max);
 
 using ObstacleShape = std::variant<PlaneShape, SphereShape, CylinderShape, RoomShape, MeshShape>;
 
-/// The motion of a rigid obstacle. With the factor a(t) of its history and A(t) = ∫₀ᵗ a dt, the point X
-/// of the obstacle at t = 0 is at
-///
-///     x(t) = c + A v + R(A ω) (X − c) + offset
-///
-/// where R is the rotation about ω by the angle A |ω|.
-struct ObstacleMotion {
-  Vector3 velocity = Vector3::Zero();          ///< v, m/s
-  Vector3 angular_velocity = Vector3::Zero();  ///< ω, rad/s
-  Vector3 about = Vector3::Zero();             ///< c, m
-  LoadHistory history;                         ///< a(t)
-  Vector3 offset = Vector3::Zero();  ///< m; an equilibrium multiplies it by its load factor
-
-  bool at_rest() const { return velocity.isZero(0.0) && angular_velocity.isZero(0.0); }
-};
-
 /// The place of an obstacle at an instant: its point X is at x = R X + shift.
 struct ObstacleFrame {
   Matrix3 rotation = Matrix3::Identity();  ///< R
@@ -76,7 +60,28 @@ struct ObstacleFrame {
   Vector3 to_local(const Vector3& x) const { return rotation.transpose() * (x - shift); }
   Vector3 to_world(const Vector3& x) const { return rotation * x + shift; }
 };
-/// The place at a time ≥ 0, s.
+
+/// The motion of a rigid obstacle. With its place X₀ at the time t₀ when the motion begins, the factor a(t) of
+/// its history, and A(t) = ∫ a dt from t₀ to t, it is at
+///
+///     x(t) = c + A v + R(A ω) (X₀ − c) + offset
+///
+/// where R is the rotation about ω by the angle A |ω|.
+struct ObstacleMotion {
+  Vector3 velocity = Vector3::Zero();          ///< v, m/s
+  Vector3 angular_velocity = Vector3::Zero();  ///< ω, rad/s
+  Vector3 about = Vector3::Zero();             ///< c, m
+  LoadHistory history;                         ///< a(t)
+  double begin = 0.0;                          ///< t₀, s
+  ObstacleFrame start;                         ///< X₀, without the offset
+  Vector3 offset = Vector3::Zero();  ///< m; an equilibrium multiplies it by its load factor
+
+  bool at_rest() const { return velocity.isZero(0.0) && angular_velocity.isZero(0.0); }
+};
+
+/// A(t), s.
+double path_at(const ObstacleMotion& motion, double time);
+/// The place at a time, s; that at its begin before that.
 ObstacleFrame frame_at(const ObstacleMotion& motion, double time, double load_factor = 1.0);
 
 /// An obstacle and the law of contact with it.
@@ -90,6 +95,8 @@ struct Obstacle {
   double slip_speed = 1.0e-3;  ///< ε_v, m/s: friction grows up to this speed; above 0
   /// The faces of the body's boundary that touch the obstacle, by the numbers of their corners, outward.
   std::vector<std::array<Index, 3>> surface;
+  /// Whether it was taken away. It keeps its number, and touches nothing.
+  bool removed = false;
 };
 
 /// What an obstacle does to a body in a step, or at an instant.

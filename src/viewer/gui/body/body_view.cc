@@ -283,6 +283,9 @@ bool BodyView::press(const QPointF& place, Qt::KeyboardModifiers modifiers) {
     return true;
   }
   if (tool_ == Tool::kLook) return false;
+  if (tool_ == Tool::kMove && (modifiers & Qt::ControlModifier) != 0 && grab_obstacle(place)) {
+    return true;
+  }
   pressed_vertex_ = vertex_at(place);
   if (pressed_vertex_ < 0)
     return false;  // the drag does not begin on the body: it turns the camera
@@ -307,6 +310,9 @@ bool BodyView::move(const QPointF& place) {
       emit dragged(true_position(pressed_vertex_, drag_goal_));
       draw_drag();
       render();
+      return true;
+    case Gesture::kObstacle:
+      emit dragged(anchor_ + in_view_plane(place, anchor_) - in_view_plane(pressed_, anchor_));
       return true;
     case Gesture::kArrow:
       // The body may move while the user pulls the arrow. The arrow starts at the present position.
@@ -344,6 +350,7 @@ bool BodyView::release(const QPointF& place, Qt::KeyboardModifiers modifiers) {
     draw_drag();
     render();
   }
+  if (gesture == Gesture::kObstacle) emit released();
   if (gesture == Gesture::kArrow) {
     scene_->set_pulled_arrow(anchor_, anchor_);
     render();

@@ -104,6 +104,8 @@ class BodyView : public QWidget {
   void grabbed(tetraction::Index vertex, bool exact);
   /// The user turns the wheel during a drag: the area of influence grows by this factor.
   void area_scaled(double factor);
+  /// The same for a point (m) of an obstacle.
+  void obstacle_grabbed(std::size_t number, tetraction::Vector3 point);
   void dragged(tetraction::Vector3 position);
   void released();
   /// The user pulls an arrow (m) with the tool for force or momentum, and releases it.
@@ -132,6 +134,7 @@ class BodyView : public QWidget {
   bool is_click(const QPointF& place) const;
   bool release(const QPointF& place, Qt::KeyboardModifiers modifiers);
   std::optional<Hit> hit_at(const QPointF& place) const;
+  bool grab_obstacle(const QPointF& place);
   std::vector<Index> vertices_in(const QRect& band, bool through);
   std::shared_ptr<const Snapshot> scaled(const std::shared_ptr<const Snapshot>& snapshot);
   Vector3 true_position(Index vertex, const Vector3& drawn) const;
@@ -141,7 +144,7 @@ class BodyView : public QWidget {
   bool is_outside() const;
   void show_edge_mark();
 
-  enum class Gesture { kNone, kCamera, kBand, kDrag, kArrow, kLight };
+  enum class Gesture { kNone, kCamera, kBand, kDrag, kObstacle, kArrow, kLight };
 
   vtkNew<vtkGenericOpenGLRenderWindow> window_;
   VtkWidget* widget_;  // shows window_

@@ -93,6 +93,35 @@ std::optional<BodyView::Hit> BodyView::hit_at(const QPointF& place) const {
   return Hit{hit->triangle, ray.origin + hit->distance * ray.direction};
 }
 
+// Begins to drag the obstacle that is seen at this place. Returns whether there is one.
+bool BodyView::grab_obstacle(const QPointF& place) {
+  if (!snapshot_ || !snapshot_->obstacles || !drawing_.obstacles) return false;
+  const ObstacleSurface& surface = *snapshot_->obstacles;
+  std::vector<std::array<Index, 3>> triangles;
+  std::vector<int> obstacles;
+  for (std::size_t i = 0; i < surface.cells.size(); ++i) {
+    const auto& [a, b, c, d] = surface.cells[i];
+    if (ObstacleSurface::is_line(surface.cells[i])) continue;
+    triangles.push_back({a, b, c});
+    obstacles.push_back(surface.obstacle[i]);
+    if (d < 0) continue;
+    triangles.push_back({a, c, d});
+    obstacles.push_back(surface.obstacle[i]);
+  }
+  Vector points(3 * static_cast<Index>(surface.points.size()));
+  for (std::size_t i = 0; i < surface.points.size(); ++i) {
+    vertex_block(points, static_cast<Index>(i)) = surface.points[i];
+  }
+  const Ray ray = ray_at(place);
+  const auto hit =
+      first_hit(triangles, points, ray.origin, ray.direction, [](const Vector3&) { return true; });
+  if (!hit) return false;
+  anchor_ = ray.origin + hit->distance * ray.direction;
+  gesture_ = Gesture::kObstacle;
+  emit obstacle_grabbed(static_cast<std::size_t>(obstacles[hit->triangle]), anchor_);
+  return true;
+}
+
 Index BodyView::vertex_at(const QPointF& place) const {
   if (!drawn_) return -1;
   const auto hit = hit_at(place);

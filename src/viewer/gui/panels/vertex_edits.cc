@@ -155,6 +155,11 @@ void VertexEdits::grab(std::vector<Index> vertices, Index dragged, bool exact) {
   dragging_ = true;
 }
 
+void VertexEdits::grab_obstacle(std::size_t number, const Vector3& point) {
+  simulation_.grab_obstacle(number, point);
+  dragging_ = true;
+}
+
 double VertexEdits::scale_area(double factor) {
   const double now = simulation_.snapshot()->pull_radius;
   if (!dragging_ || !(now > 0.0)) return 0.0;

@@ -29,6 +29,8 @@ class VertexEdits {
 
   /// Begins to drag vertices. `dragged` is the one that follows the mouse. drag_to() sets its goal, m.
   void grab(std::vector<Index> vertices, Index dragged, bool exact);
+  /// Begins to drag an obstacle at this point, m.
+  void grab_obstacle(std::size_t number, const Vector3& point);
   /// Multiplies the radius of the area that a drag pulls, and returns it, m. 0 without such a drag.
   double scale_area(double factor);
   void drag_to(const Vector3& position);

@@ -205,6 +205,10 @@ void MainWindow::connect_view() {
                                8000);
     }
   });
+  connect(view_, &BodyView::obstacle_grabbed, this,
+          [this](std::size_t number, const Vector3& point) {
+            if (edits_) edits_->grab_obstacle(number, point);
+          });
   connect(view_, &BodyView::dragged, this, [this](const Vector3& place) {
     if (edits_) edits_->drag_to(place);
   });
