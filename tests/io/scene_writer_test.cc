@@ -87,6 +87,8 @@ TEST_F(SceneWriter, ShippedScenesReadBackEqual) {
 
 Scene full_scene() {
   Scene scene = testing_support::spinning_block(Integrator::kMidpoint, 1.0 / 3.0 * 1e-2, 0.1);
+  scene.mesh.copies = {{{3.0, 0.0, 1.0 / 3.0}, {0, 0, 45}, {-1, 0, 0}, {}},
+                       {{0.0, 9.0, 0.0}, {}, {}, {0, 0, 1.0 / 7.0}}};
   MaterialRegionSettings region{SelectSphere{{2, 1, 1}, 1.3}, scene.material, {}};
   region.material.density = 1234.5;
   scene.material_region = {region};

@@ -33,7 +33,7 @@ struct ObstacleStart {
   double stiffness = 0.0;         ///< κ where its settings have none, Pa: that of its first moment
 };
 
-/// One [[obstacle]]. Edits add obstacles, change and remove them. One that was removed keeps its number and its name.
+/// One [[obstacle]]. Edits add obstacles, change and remove them. One that was removed keeps its number, and its name is free.
 struct BodyObstacle {
   ObstacleSettings settings;
   bool removed = false;

@@ -49,6 +49,14 @@ struct GeneratorSettings {
   std::array<int, 3> cells{1, 1, 1};
 };
 
+/// One more body with the same mesh.
+struct MeshCopySettings {
+  Vector3 at = Vector3::Zero();        ///< displacement, m
+  Vector3 turn = Vector3::Zero();      ///< rotation vector about the middle of the mesh, degrees
+  Vector3 velocity = Vector3::Zero();  ///< m/s
+  Vector3 angular_velocity = Vector3::Zero();  ///< rad/s about its centre of mass
+};
+
 struct MeshSettings {
   std::string file;                           ///< absolute, or relative to the working directory
   std::optional<GeneratorSettings> generate;  ///< instead of a file
@@ -56,6 +64,8 @@ struct MeshSettings {
   std::string unit = "m";                     ///< of the file's coordinates, see length_units()
   bool quadratic = false;                     ///< ten-node tetrahedra instead of four-node ones
   VolumeRule volume = VolumeRule::kElement;   ///< where the volumetric part of the energy is taken
+  /// Further bodies. read_scene_mesh() adds them to the mesh (mesh/mesh_copies.h).
+  std::vector<MeshCopySettings> copies{};
 };
 
 /// A unit of length that mesh.unit can name.

@@ -7,6 +7,7 @@
 
 #include "additive_ccd.h"
 #include "core/disjoint_sets.h"
+#include "edge_crossing.h"
 #include "mesh_contact.h"
 #include "tetraction/core/parallel.h"
 
@@ -21,20 +22,6 @@ constexpr double kPartOfWay = 0.9;
 
 std::size_t item(Index i) {
   return static_cast<std::size_t>(i);
-}
-
-// Whether the edge from a to b crosses the triangle from one side to the other, its border included.
-bool crosses(const Vector3& a, const Vector3& b, const Vector3& p, const Vector3& q,
-             const Vector3& r) {
-  const Vector3 normal = (q - p).cross(r - p);
-  const double from = normal.dot(a - p);
-  const double to = normal.dot(b - p);
-  if (!((from < 0.0 && to > 0.0) || (from > 0.0 && to < 0.0))) return false;
-  const Vector3 along = b - a;
-  const double u = along.dot((p - a).cross(q - a));
-  const double v = along.dot((q - a).cross(r - a));
-  const double w = along.dot((r - a).cross(p - a));
-  return (u >= 0.0 && v >= 0.0 && w >= 0.0) || (u <= 0.0 && v <= 0.0 && w <= 0.0);
 }
 
 }  // namespace
@@ -90,28 +77,28 @@ Index MeshContact::find_penetrating_vertex(const Vector& x) const {
     mesh_.triangle_tree().query(box.widened(0.0), found);
     for (const Index t : found) {
       const auto& corner = mesh_.triangles()[item(t)];
-      if (crosses(vertex_block(x, i), vertex_block(x, j), points[item(corner[0])],
-                  points[item(corner[1])], points[item(corner[2])])) {
+      if (edge_crosses_triangle(vertex_block(x, i), vertex_block(x, j), points[item(corner[0])],
+                                points[item(corner[1])], points[item(corner[2])])) {
         return std::min(i, j);
       }
     }
     return count;
   });
-  smallest_of(static_cast<Index>(surface_.triangles.size()),
-              [&](Index t, std::vector<Index>& found) {
-                const auto& corner = surface_.triangles[item(t)];
-                Box box;
-                for (const Index i : corner) box.add(vertex_block(x, i));
-                mesh_.edge_tree().query(box.widened(0.0), found);
-                for (const Index e : found) {
-                  const auto& [i, j] = mesh_.edges()[item(e)];
-                  if (crosses(points[item(i)], points[item(j)], vertex_block(x, corner[0]),
-                              vertex_block(x, corner[1]), vertex_block(x, corner[2]))) {
-                    return std::min({corner[0], corner[1], corner[2]});
-                  }
-                }
-                return count;
-              });
+  smallest_of(
+      static_cast<Index>(surface_.triangles.size()), [&](Index t, std::vector<Index>& found) {
+        const auto& corner = surface_.triangles[item(t)];
+        Box box;
+        for (const Index i : corner) box.add(vertex_block(x, i));
+        mesh_.edge_tree().query(box.widened(0.0), found);
+        for (const Index e : found) {
+          const auto& [i, j] = mesh_.edges()[item(e)];
+          if (edge_crosses_triangle(points[item(i)], points[item(j)], vertex_block(x, corner[0]),
+                                    vertex_block(x, corner[1]), vertex_block(x, corner[2]))) {
+            return std::min({corner[0], corner[1], corner[2]});
+          }
+        }
+        return count;
+      });
   return first == count ? -1 : first;
 }
 

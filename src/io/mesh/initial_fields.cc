@@ -14,6 +14,7 @@
 #include "io/text/formula.h"
 #include "tetraction/core/error.h"
 #include "tetraction/io/mesh_reader.h"
+#include "tetraction/mesh/mesh_copies.h"
 #include "tetraction/simulation/scene_objects.h"
 
 namespace tetraction {
@@ -132,6 +133,9 @@ TetMesh read_scene_mesh(const Scene& scene, std::vector<std::string>& unused) {
     }
   }
   if (scene.mesh.quadratic) mesh = with_edge_vertices(std::move(mesh));
+  std::vector<MeshPlace> places;
+  for (const MeshCopySettings& copy : scene.mesh.copies) places.push_back({copy.at, copy.turn});
+  mesh = with_copies(std::move(mesh), places);
   add_initial_fields(scene.initial, mesh);
   return mesh;
 }

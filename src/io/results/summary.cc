@@ -1,4 +1,6 @@
 // summary.json: the account of one run for people and programs.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
@@ -74,9 +76,12 @@ nlohmann::ordered_json obstacles_json(const Session& session) {
     const ObstacleImpulse impulse = i < all.size() ? all[i] : ObstacleImpulse{};
     const Vector3& linear = impulse.linear;
     const Vector3& angular = impulse.angular;
-    json[contact.obstacle(i).name] = {{"impulse", {linear.x(), linear.y(), linear.z()}},
-                                      {"angular_impulse", {angular.x(), angular.y(), angular.z()}},
-                                      {"largest_force", impulse.largest_force}};
+    const Obstacle& obstacle = contact.obstacle(i);
+    const std::string name =
+        obstacle.removed ? fmt::format("{} (removed, number {})", obstacle.name, i) : obstacle.name;
+    json[name] = {{"impulse", {linear.x(), linear.y(), linear.z()}},
+                  {"angular_impulse", {angular.x(), angular.y(), angular.z()}},
+                  {"largest_force", impulse.largest_force}};
   }
   return json;
 }

@@ -92,6 +92,11 @@ std::string part_text(const ScenePart& part, const void* settings) {
       keys != keys_of(section, section.defaults.get())) {
     text = section_text(head, keys, selection_of(section, settings));
   }
+  if (section.type == typeid(MeshSettings)) {
+    for (const MeshCopySettings& copy : static_cast<const MeshSettings*>(settings)->copies) {
+      text += section_text("[[mesh.copies]]", keys_of(copy), nullptr);
+    }
+  }
   if (section.type == typeid(InitialSettings)) {
     for (const MomentumSettings& momentum :
          static_cast<const InitialSettings*>(settings)->momentum) {

@@ -193,7 +193,7 @@ std::shared_ptr<const Contact> make_contact(const std::vector<BodyObstacle>& all
   for (const BodyObstacle& each : all) {
     const ObstacleSettings& settings = each.settings;
     const std::string place = settings.where.empty() ? "" : settings.where + ": ";
-    if (!names.insert(settings.name).second) {
+    if (!each.removed && !names.insert(settings.name).second) {
       throw InputError(
           fmt::format("{}the name \"{}\" belongs to another obstacle already; each needs its own.",
                       place, settings.name));

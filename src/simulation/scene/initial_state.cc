@@ -15,6 +15,7 @@
 #include "tetraction/dynamics/body_sums.h"
 #include "tetraction/dynamics/constraints/multipliers.h"
 #include "tetraction/fem/step_length.h"
+#include "tetraction/mesh/mesh_copies.h"
 #include "tetraction/simulation/equilibrium.h"
 
 namespace tetraction {
@@ -122,14 +123,43 @@ Vector static_positions(const Scene& scene, const MechanicalSystem& system, std:
   return std::move(equilibrium.position);
 }
 
+// The velocities of rigid bodies: that of [initial] of the whole body or, if the mesh has copies, of the mesh itself,
+// and those of the copies.
+Vector rigid_velocities(const Scene& scene, const MechanicalSystem& system,
+                        const Vector& position) {
+  const InitialSettings& initial = scene.initial;
+  const std::vector<MeshCopySettings>& copies = scene.mesh.copies;
+  Vector velocity(system.dof_count());
+  if (copies.empty()) {
+    const Vector3 center = center_of_mass(system, position);
+    for (Index v = 0; v < system.vertex_count(); ++v) {
+      const Vector3 arm = vertex_block(position, v) - center;
+      vertex_block(velocity, v) = initial.velocity + initial.angular_velocity.cross(arm);
+    }
+    return velocity;
+  }
+  for (std::size_t k = 0; k <= copies.size(); ++k) {
+    const std::vector<Index> vertices =
+        select_vertices(system.mesh(), SelectGroup{group_of_copy(k)});
+    Vector3 center = Vector3::Zero();
+    double mass = 0.0;
+    for (const Index v : vertices) {
+      center += system.mass()[v] * vertex_block(position, v);
+      mass += system.mass()[v];
+    }
+    center /= mass;
+    const Vector3& of_all = k == 0 ? initial.velocity : copies[k - 1].velocity;
+    const Vector3& spin = k == 0 ? initial.angular_velocity : copies[k - 1].angular_velocity;
+    for (const Index v : vertices) {
+      vertex_block(velocity, v) = of_all + spin.cross(vertex_block(position, v) - center);
+    }
+  }
+  return velocity;
+}
+
 void set_initial_velocity(const Scene& scene, const MechanicalSystem& system, State& state) {
   const InitialSettings& initial = scene.initial;
-  const Vector3 center = center_of_mass(system, state.position);
-  Vector velocity(system.dof_count());
-  for (Index v = 0; v < system.vertex_count(); ++v) {
-    const Vector3 arm = vertex_block(std::as_const(state.position), v) - center;
-    vertex_block(velocity, v) = initial.velocity + initial.angular_velocity.cross(arm);
-  }
+  Vector velocity = rigid_velocities(scene, system, state.position);
   if (!initial.velocity_field.empty()) {
     velocity += initial_field(system.mesh(), initial.velocity_field, kInitialVelocity);
   }

@@ -108,7 +108,13 @@ SceneSection mesh_section() {
                  "below](#nearly-incompressible-materials))",
          .in_file = Written::kUnlessDefault,
          .in_echo = Written::kUnlessDefault},
-        &S::volume}},
+        &S::volume},
+       {{.name = "copies",
+         .help =
+             "`[[mesh.copies]]`: further bodies with the same mesh, [see below](#several-bodies)",
+         .in_file = Written::kUnlessDefault,
+         .in_echo = Written::kUnlessDefault},
+        TablesValue<S, MeshCopySettings>{&S::copies}}},
       {{{"file", "generate"}, two_meshes_conflict},
        {{}, mesh_conflict},
        {{"volume"}, volume_conflict},
@@ -118,6 +124,32 @@ SceneSection mesh_section() {
       "under [mesh], give file = \"…\" or generate = { kind = \"box\", size = [1, 1, 1], cells = "
       "[4, 4, 4] }.";
   return section;
+}
+
+SceneSection copy_section() {
+  using S = MeshCopySettings;
+  return make_section<S>(
+      "mesh.copies",
+      {{{.name = "at", .unit = "m", .help = "its displacement from the place of the mesh"}, &S::at},
+       {{.name = "turn",
+         .unit = "degrees",
+         .help = "a rotation vector: it is turned about this axis through the middle of the mesh's "
+                 "bounding box, by its length, and then displaced",
+         .in_file = Written::kUnlessDefault,
+         .in_echo = Written::kUnlessDefault},
+        &S::turn},
+       {{.name = "velocity",
+         .unit = "m/s",
+         .help = "at the start",
+         .in_file = Written::kUnlessDefault,
+         .in_echo = Written::kUnlessDefault},
+        &S::velocity},
+       {{.name = "angular_velocity",
+         .unit = "rad/s",
+         .help = "at the start, about its centre of mass",
+         .in_file = Written::kUnlessDefault,
+         .in_echo = Written::kUnlessDefault},
+        &S::angular_velocity}});
 }
 
 SceneSection generator_section() {

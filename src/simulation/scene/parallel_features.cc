@@ -66,6 +66,7 @@ void refuse_what_parts_lack(const Scene& scene, Analysis analysis) {
   if (analysis == Analysis::kEquilibrium) refuse("", "an equilibrium", "compute a motion");
   if (scene.initial.is_static) refuse("", "initial.static = true", "leave it out");
   if (scene.mesh.quadratic) refuse("", "mesh.element = \"quadratic\"", "take \"linear\"");
+  if (!scene.mesh.copies.empty()) refuse("", "mesh.copies", "merge the meshes in the mesh file");
   if (scene.mesh.volume == VolumeRule::kNodal) {
     refuse("", "mesh.volume = \"nodal\"", "take \"element\"");
   }
