@@ -12,6 +12,7 @@
 #include "element_fields.h"
 #include "isotropic_model.h"
 #include "kernels/discrete_gradient_kernels.h"
+#include "kernels/jacobian_kernels.h"
 #include "material_at.h"
 #include "tetraction/core/parallel.h"
 #include "tetraction/material/custom_material.h"
@@ -93,7 +94,52 @@ class CollectedValues {
 }  // namespace
 
 DiscreteGradient::DiscreteGradient(const ElasticPotential& elastic)
-    : elastic_(elastic), blocks_(BlockAccess::blocks(elastic)) {}
+    : elastic_(elastic), blocks_(BlockAccess::blocks(elastic)) {
+  for (Index b = 0; b < blocks_.block_count(); ++b) {
+    const ElementBlocks::Block& block = blocks_.block(b);
+    double largest = 0.0;
+    blocks_.for_each_element(block, [&](Index e, Index, int) {
+      const LameParameters lame = elastic.lame(e);
+      largest = std::max(largest, lame.lambda + 2.0 * lame.mu);
+    });
+    moduli_.push_back(largest);
+  }
+}
+
+bool DiscreteGradient::all_blocks(const std::function<bool(Index)>& holds) const {
+  std::atomic<bool> all{true};
+  parallel_for(blocks_.block_count(), 1, [&](Index begin, Index end) {
+    for (Index b = begin; b < end && all; ++b) {
+      if (!holds(b)) all = false;
+    }
+  });
+  return all;
+}
+
+bool DiscreteGradient::way_keeps_volumes(const Vector& q, const Vector& d) const {
+  return all_blocks([&](Index b) {
+    const ElementBlocks::Block& block = blocks_.block(b);
+    thread_local AlignedVector<double> from;
+    thread_local AlignedVector<double> way;
+    from.resize(ElementBlocks::local_size(block));
+    way.resize(from.size());
+    blocks_.load_records(block, q.data(), from.data());
+    blocks_.load_displacements(block, d.data(), way.data());
+    return tetraction::way_keeps_volumes(blocks_.batches(block), from.data(), way.data());
+  });
+}
+
+bool DiscreteGradient::deforms_more(const Vector& d, double most, double limit) const {
+  return !all_blocks([&](Index b) {
+    const ElementBlocks::Block& block = blocks_.block(b);
+    thread_local AlignedVector<double> displacements;
+    displacements.resize(ElementBlocks::local_size(block));
+    blocks_.load_displacements(block, d.data(), displacements.data());
+    const LargestChanges found = largest_changes(blocks_.batches(block), displacements.data());
+    return found.square <= most * most &&
+           moduli_[static_cast<std::size_t>(b)] * found.square_by_lengths <= limit;
+  });
+}
 
 EvaluationStatus DiscreteGradient::add(const Step& step, Vector& gradient) const {
   if (!run(step, nullptr)) {

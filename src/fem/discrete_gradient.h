@@ -1,6 +1,9 @@
 // The discrete gradient of the elastic energy, with which a step conserves energy.
 #pragma once
 
+#include <functional>
+#include <vector>
+
 #include "element_blocks.h"
 #include "tetraction/fem/elastic_potential.h"
 
@@ -34,12 +37,23 @@ class DiscreteGradient {
   /// product += (∂f̄/∂x) d, with q_{k+1} = 2x − q_k. f̄ must be defined.
   void add_product(const Step& step, const Vector& d, Vector& product) const;
 
+  /// Whether a sufficient condition shows that no element loses more than nine tenths of its volume between q and
+  /// q + d (3 per vertex, m). It takes a fraction of the time of admissible_step().
+  bool way_keeps_volumes(const Vector& q, const Vector& d) const;
+  /// Whether displacements d change the deformation gradient of some element by more than `most` (Frobenius norm), or
+  /// whether for some element (λ + 2μ) |change|² |D_m⁻¹|² > limit (Pa/m²), D_m being its rest edges. The
+  /// change is estimated by |d| |D_m⁻¹|.
+  bool deforms_more(const Vector& d, double most, double limit) const;
+
  private:
   bool run(const Step& step, const Vector* direction) const;
   bool run_block(Index b, const Step& step, const Vector* direction, double* records) const;
 
+  bool all_blocks(const std::function<bool(Index)>& holds) const;
+
   const ElasticPotential& elastic_;
   const ElementBlocks& blocks_;
+  std::vector<double> moduli_;  // the largest λ + 2μ of each block, Pa
   mutable AlignedVector<double> records_;
 };
 

@@ -9,13 +9,7 @@
 namespace tetraction {
 
 DiscreteGradientStep::DiscreteGradientStep(const MechanicalSystem& system, StepForces forces)
-    : StepProblem(system), forces_(forces), gradient_(system.elastic()) {
-  const RestState& rest = system.rest();
-  slenderness_.reserve(static_cast<std::size_t>(rest.point_count()));
-  for (Index i = 0; i < rest.point_count(); ++i) {
-    slenderness_.push_back(static_cast<float>(rest.point(i).gradients[0].rightCols<3>().norm()));
-  }
-}
+    : StepProblem(system), forces_(forces), gradient_(system.elastic()) {}
 
 void DiscreteGradientStep::begin(const State& state, double h, double end_time, double alpha,
                                  const Vector& load) {
@@ -144,8 +138,10 @@ double DiscreteGradientStep::longest_step_of_end(const Vector& u, const Vector& 
     const Vector x = origin() + u;
     longest = std::min(longest, kShare * term.longest_step(point(x), d));
   });
-  longest = std::min(longest, admissible_step(system_.rest(), end_, shift_,
-                                              [&](Index e) { return needs_volume(e); }));
+  if (!gradient_.way_keeps_volumes(end_, shift_)) {
+    longest = std::min(longest, admissible_step(system_.rest(), end_, shift_,
+                                                [&](Index e) { return needs_volume(e); }));
+  }
   return has_stretch_limit(system_.elastic())
              ? stretch_limited_step(system_.elastic(), end_, shift_, longest)
              : longest;
@@ -171,16 +167,7 @@ void DiscreteGradientStep::linearize(const Vector& u) {
 bool DiscreteGradientStep::is_far_from_middle() const {
   constexpr double kFew = 0.2;  // |A|; a rotation by 0.2 has 0.14
   const double inertia = system_.total_mass() / (volume_ * step_ * step_);
-  const RestState& rest = system_.rest();
-  for (Index i = 0; i < rest.point_count(); ++i) {
-    const double slenderness = slenderness_[static_cast<std::size_t>(i)];
-    const double change = rest.gather_relative(half_step_, i).norm() * slenderness;
-    if (change > kFew) return true;
-    const LameParameters lame = system_.lame(rest.element_of(i));
-    const double stress = (lame.lambda + 2.0 * lame.mu) * change * change;
-    if (stress * slenderness * slenderness > inertia) return true;
-  }
-  return false;
+  return gradient_.deforms_more(half_step_, kFew, inertia);
 }
 
 void DiscreteGradientStep::multiply(const Vector& d, Vector& product) const {

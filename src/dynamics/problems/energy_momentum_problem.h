@@ -1,8 +1,6 @@
 // The equations of an energy-momentum step.
 #pragma once
 
-#include <vector>
-
 #include "fem/discrete_gradient.h"
 #include "tetraction/dynamics/problems/step_problem.h"
 
@@ -84,7 +82,6 @@ class DiscreteGradientStep : public StepProblem {
   DiscreteGradient gradient_;
   double start_time_ = 0.0;
   double end_time_ = 0.0;
-  std::vector<float> slenderness_;  // |D_m⁻¹| of every element, 1/m
   mutable Vector half_step_;
   mutable Vector end_;
   mutable Vector shift_;

@@ -40,6 +40,60 @@ JacobianSigns signs(const BatchView& batches, const double* positions) {
           hn::AllTrue(tag, hn::Gt(least, hn::Set(tag, 0.5)))};
 }
 
+bool keeps_volumes(const BatchView& batches, const double* HWY_RESTRICT positions,
+                   const double* HWY_RESTRICT displacements) {
+  const Tag tag;
+  const Vec zero = hn::Zero(tag);
+  const auto dot = [&](const Columns<Vec>& a, const Columns<Vec>& b) HWY_ATTR {
+    Vec sum = hn::Mul(a.m[0][0], b.m[0][0]);
+    for (int k = 1; k < 9; ++k) sum = hn::MulAdd(a.m[k / 3][k % 3], b.m[k / 3][k % 3], sum);
+    return sum;
+  };
+  Vec least = hn::Set(tag, 1.0);
+  for_each_vector<Tag>(batches, [&](size_t, size_t, const double*,
+                                    const uint16_t* HWY_RESTRICT slots) TETRACTION_LOOP_BODY {
+    Columns<Vec> e;
+    Columns<Vec> d;
+    RecordAccess<Tag>::edges(tag, positions, slots, kBatchLanes, e);
+    RecordAccess<Tag>::edges(tag, displacements, slots, kBatchLanes, d);
+    Columns<Vec> w;
+    const Vec det = cofactors(e, w);
+    const Vec first = dot(w, d);
+    const Vec third = cofactors(d, w);
+    const Vec second = dot(w, e);
+    const Vec loss =
+        hn::Add(hn::Min(first, zero), hn::Add(hn::Min(second, zero), hn::Min(third, zero)));
+    // An element without a volume at q fails, too, because its margin is not positive.
+    const Vec margin = hn::MulAdd(det, hn::Set(tag, 0.9), loss);
+    least = hn::Min(least, hn::IfThenElse(hn::Gt(margin, zero), least, zero));
+  });
+  return hn::AllTrue(tag, hn::Gt(least, zero));
+}
+
+LargestChanges changes(const BatchView& batches, const double* HWY_RESTRICT displacements) {
+  const Tag tag;
+  Vec square = hn::Zero(tag);
+  Vec by_lengths = hn::Zero(tag);
+  for_each_vector<Tag>(batches, [&](size_t, size_t, const double* HWY_RESTRICT rest,
+                                    const uint16_t* HWY_RESTRICT slots) TETRACTION_LOOP_BODY {
+    Columns<Vec> d;
+    RecordAccess<Tag>::edges(tag, displacements, slots, kBatchLanes, d);
+    Vec sum = hn::Zero(tag);
+    for (int k = 0; k < 9; ++k) sum = hn::MulAdd(d.m[k / 3][k % 3], d.m[k / 3][k % 3], sum);
+    // The trace of V G, and 1/V.
+    const Vec trace = hn::Add(hn::Load(tag, rest),
+                              hn::Add(hn::Load(tag, rest + 3 * kBatchLanes),
+                                      hn::Load(tag, rest + 5 * kBatchLanes)));
+    const Vec inverse_volume =
+        hn::Mul(hn::Set(tag, 6.0), hn::Load(tag, rest + 6 * kBatchLanes));
+    const Vec slenderness = hn::Mul(trace, inverse_volume);
+    const Vec change = hn::Mul(sum, slenderness);
+    square = hn::Max(square, change);
+    by_lengths = hn::Max(by_lengths, hn::Mul(change, slenderness));
+  });
+  return {hn::GetLane(hn::MaxOfLanes(tag, square)), hn::GetLane(hn::MaxOfLanes(tag, by_lengths))};
+}
+
 // F = e D_m⁻¹ = e wᵀ/det D_m with the cofactors w of the rest edges D_m.
 void deformations(const BatchView& batches, const double* HWY_RESTRICT rest_positions,
                   const double* HWY_RESTRICT positions, double* HWY_RESTRICT values) {
@@ -82,9 +136,20 @@ namespace tetraction {
 
 HWY_EXPORT(signs);
 HWY_EXPORT(deformations);
+HWY_EXPORT(keeps_volumes);
+HWY_EXPORT(changes);
 
 JacobianSigns jacobian_signs(const BatchView& batches, const double* positions) {
   return HWY_DYNAMIC_DISPATCH(signs)(batches, positions);
+}
+
+bool way_keeps_volumes(const BatchView& batches, const double* positions,
+                       const double* displacements) {
+  return HWY_DYNAMIC_DISPATCH(keeps_volumes)(batches, positions, displacements);
+}
+
+LargestChanges largest_changes(const BatchView& batches, const double* displacements) {
+  return HWY_DYNAMIC_DISPATCH(changes)(batches, displacements);
 }
 
 void element_deformations(const BatchView& batches, const double* rest_positions,
