@@ -167,7 +167,7 @@ def graded_block(cells):
 
 
 def ball(cells):
-    """A ball of 0.1 m about the origin: a cube of n cells, whose layers are rounded."""
+    """A ball of 0.1 m about the origin: a cube of n cells, whose layers are rounded, with straight edges."""
     n = cells[0]
 
     def place(i, j, k):
@@ -191,5 +191,5 @@ SHAPES = {shape.__name__: shape
 
 def write_mesh(path, shape, cells, element):
     lattice, groups = SHAPES[shape](cells)
-    middles = lattice.add_middles(shape == "distorted_box") if element == "quadratic" else None
+    middles = lattice.add_middles(shape in ("distorted_box", "ball")) if element == "quadratic" else None
     write_msh(path, lattice.points, lattice.tetrahedra, groups, middles)
