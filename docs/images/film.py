@@ -18,10 +18,15 @@ HERE = os.path.dirname(os.path.abspath(__file__))
 
 
 def frames_of(directory, most):
-    """Times and paths of the frames, of which at most that many are taken, evenly."""
+    """Times and paths of the frames, of which at most that many are taken, evenly; of the body, and of the
+    obstacles (None without them)."""
     tree = xml.etree.ElementTree.parse(os.path.join(directory, "frames.pvd"))
-    frames = [(float(entry.get("timestep")), os.path.join(directory, entry.get("file")))
-              for entry in tree.iter("DataSet")]  # fmt: skip
+    frames = {}
+    for entry in tree.iter("DataSet"):
+        path = os.path.join(directory, entry.get("file"))
+        paths = frames.setdefault(float(entry.get("timestep")), [None, None])
+        paths[os.path.basename(path).startswith("obstacles")] = path
+    frames = [(time, *paths) for time, paths in frames.items()]
     places = np.unique(np.linspace(0, len(frames) - 1, min(most, len(frames))).round().astype(int))
     return [frames[i] for i in places]
 
@@ -64,11 +69,15 @@ def main():
     parser.add_argument("--seconds", type=float, default=4.0, help="duration of the film")
     parser.add_argument("--most", type=int, default=60, help="most pictures")
     parser.add_argument("--size", default="480,360")
+    parser.add_argument("--obstacles", action="store_true", help="show the obstacles, and let the picture contain them")
+    parser.add_argument("--edges", action="store_true", help="draw the edges of the mesh")
     parser.add_argument("--zoom", type=float, default=1.0)
     arguments = parser.parse_args()
     numbers = lambda text: [float(part) for part in text.split(",")]
 
-    grids = [(time, read(path)) for time, path in frames_of(arguments.directory, arguments.most)]
+    frames = frames_of(arguments.directory, arguments.most)
+    grids = [(time, read(path)) for time, path, _ in frames]
+    obstacles = [read(path) if path and arguments.obstacles else None for _, _, path in frames]
     stresses = [vtk_to_numpy(grid.GetCellData().GetArray("von_mises")) for _, grid in grids]
     top = arguments.range or float(np.percentile(np.concatenate(stresses), 98))
 
@@ -88,6 +97,8 @@ def main():
     actor = vtk.vtkActor()
     actor.SetMapper(mapper)
     actor.GetProperty().SetAmbient(0.3)
+    actor.GetProperty().SetEdgeVisibility(arguments.edges)
+    actor.GetProperty().SetLineWidth(0.5)
     label = vtk.vtkTextActor()
     label.SetPosition(10, 8)
     label.GetTextProperty().SetColor(0, 0, 0)
@@ -97,13 +108,22 @@ def main():
     renderer.SetBackground(0.94, 0.94, 0.94)
     renderer.AddActor(actor)
     renderer.AddActor2D(label)
+    rigid = vtk.vtkDataSetMapper()
+    rigid.ScalarVisibilityOff()
+    if arguments.obstacles:
+        around = vtk.vtkActor()
+        around.SetMapper(rigid)
+        around.GetProperty().SetColor(0.62, 0.66, 0.7)
+        around.GetProperty().SetAmbient(0.5)
+        around.GetProperty().SetLineWidth(0.5)
+        renderer.AddActor(around)
     window = vtk.vtkRenderWindow()
     window.SetOffScreenRendering(True)
     window.SetMultiSamples(8)
     window.SetSize(*[int(part) for part in numbers(arguments.size)])
     window.AddRenderer(renderer)
     # The camera shows all that the body ever reaches.
-    bounds = np.array([grid.GetBounds() for _, grid in grids])
+    bounds = np.array([grid.GetBounds() for grid in [grid for _, grid in grids] + [o for o in obstacles if o]])
     box = [f(bounds[:, i]) for i, f in enumerate((min, max) * 3)]
     camera = renderer.GetActiveCamera()
     camera.SetFocalPoint(0, 0, 0)
@@ -115,8 +135,10 @@ def main():
     last = grids[-1][0]
     unit, factor = ("ms", 1e3) if last < 0.1 else ("s", 1.0)
     images = []
-    for time, grid in grids:
+    for (time, grid), obstacle in zip(grids, obstacles):
         smooth.SetInputData(grid)
+        if obstacle:
+            rigid.SetInputData(obstacle)
         label.SetInput(f"{factor * time:.2f} {unit}     von Mises stress 0 to {top:.2g} Pa")
         renderer.ResetCameraClippingRange(box)
         window.Render()

@@ -28,6 +28,8 @@ VOLUMES = {
     "cross": ((1, 1, 1), 13.0),
     "distorted_box": ((3, 2, 2), 2.0),
     "elliptic_plate": ((4, 6, 2), 3.2692199),
+    "graded_block": ((3, 3, 3), None),
+    "ball": ((4, 4, 4), None),
 }
 
 

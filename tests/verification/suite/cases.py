@@ -32,16 +32,19 @@ class Value:
     absolute: bool
     within: float | None     # asserted: the largest deviation
     beyond: float | None     # asserted: the least magnitude of the deviation
+    at_least: float | None   # asserted: the least value
     is_reference: bool       # whether the reference was computed with this very mesh
     folder: str
 
     @property
     def is_asserted(self):
-        return self.within is not None or self.beyond is not None
+        return any(bound is not None for bound in (self.within, self.beyond, self.at_least))
 
     @property
     def holds(self):
         if self.within is not None and not abs(self.deviation) <= self.within:
+            return False
+        if self.at_least is not None and not self.value >= self.at_least:
             return False
         return self.beyond is None or abs(self.deviation) >= self.beyond
 
@@ -60,6 +63,18 @@ class Order:
     @property
     def holds(self):
         return self.value >= self.at_least
+
+
+def number_of_cells(text, cells):
+    """The value of a setting: a formula of the number n of cells along the first direction."""
+    return eval(text, {"__builtins__": {}}, {"n": cells})
+
+
+def by_cells(table, run):
+    """The settings of a case or variant that depend on the mesh, with their values for a run."""
+    n = cells_of(run)[0]
+    return {key: [number_of_cells(part, n) for part in text] if isinstance(text, list)
+            else number_of_cells(text, n) for key, text in table.get("by_cells", {}).items()}
 
 
 def cells_of(run):
@@ -111,7 +126,9 @@ class Case:
 
     def execute_one(self, program, work, run, variant):
         settings = dict(SETTINGS[run["element"]])
+        settings.update(by_cells(self.table, run))
         settings.update(variant["set"])
+        settings.update(by_cells(variant, run))
         settings.update(run.get("set", {}))
         label = run["element"] + "-" + "x".join(map(str, cells_of(run)))
         os.makedirs(work, exist_ok=True)
@@ -148,6 +165,7 @@ class Case:
         return Value(variant["name"], run["element"], cells_of(run), sizes["mesh"]["tetrahedra"],
                      sizes["degrees_of_freedom"]["free"], quantity["name"], quantity.get("unit", ""),
                      value, reference, deviation, absolute, within, of_this(run, "beyond"),
+                     quantity.get("at_least"),
                      run.get("is_reference", False), results.folder)
 
     def orders(self, values):

@@ -156,11 +156,40 @@ def elliptic_plate(cells):
     return Lattice(cells, place), [("outside", outside)]
 
 
+def graded_block(cells):
+    """A block of 1 m, its top at y = 0, with cells that grow away from the corner at the origin."""
+    n = cells[0]
+
+    def graded(s):
+        return 0.12 * s + 0.88 * s ** 3
+
+    return Lattice((n, n, n), lambda i, j, k: (graded(i / n), -graded(1.0 - j / n), graded(k / n))), []
+
+
+def ball(cells):
+    """A ball of 0.1 m about the origin: a cube of n cells, whose layers are rounded, with straight edges."""
+    n = cells[0]
+
+    def place(i, j, k):
+        x, y, z = (2.0 * c / n - 1.0 for c in (i, j, k))
+        layer = max(abs(x), abs(y), abs(z))
+        if layer == 0.0:
+            return 0.0, 0.0, 0.0
+        # Equal angles along the faces; the inner layers stay nearer to a cube.
+        u = [layer * math.tan(0.25 * math.pi * c / layer) for c in (x, y, z)]
+        length = math.sqrt(sum(c * c for c in u))
+        part = layer ** 2
+        return tuple(0.1 * (part * layer * c / length + (1.0 - part) * 0.57735 * v)
+                     for c, v in zip(u, (x, y, z)))
+
+    return Lattice((n, n, n), place), []
+
+
 SHAPES = {shape.__name__: shape
-          for shape in (arc_beam, cook, bushing, l_block, cross, distorted_box, elliptic_plate)}
+          for shape in (arc_beam, cook, bushing, l_block, cross, distorted_box, elliptic_plate, graded_block, ball)}
 
 
 def write_mesh(path, shape, cells, element):
     lattice, groups = SHAPES[shape](cells)
-    middles = lattice.add_middles(shape == "distorted_box") if element == "quadratic" else None
+    middles = lattice.add_middles(shape in ("distorted_box", "ball")) if element == "quadratic" else None
     write_msh(path, lattice.points, lattice.tetrahedra, groups, middles)

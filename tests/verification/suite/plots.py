@@ -103,6 +103,25 @@ def trajectory(plot, values):
     return figure
 
 
+def force(plot, values):
+    """The force of an obstacle along x, as `impact` of quantities.py has it, a line for each variant."""
+    figure, axis = plt.subplots(figsize=(7.2, 3.5), constrained_layout=True)
+    last = 0.0
+    for variant, folder in dict.fromkeys((v.variant, v.folder) for v in only(values, plot)):
+        table = Results(folder).history
+        steps = np.diff(table["time"])
+        mean = np.diff(table["px"]) / steps - plot.get("other", 0.0)
+        axis.plot(table["time"][:-1] + 0.5 * steps, mean, linewidth=1.2, label=variant)
+        last = max(last, table["time"][-1])
+    times = np.linspace(0.0, last, 4001)
+    axis.plot(times, formula(plot["exact"], np.column_stack([times] * 3)), "k--", linewidth=1.0, label="exact")
+    axis.set_xlabel(plot["x_label"])
+    axis.set_ylabel(plot["y_label"])
+    axis.grid(True, alpha=0.25)
+    axis.legend(fontsize=7.5)
+    return figure
+
+
 def spectrum(plot, values):
     """Frequencies divided by the exact ones, a formula of the number X of the mode."""
     figure, axis = plt.subplots(figsize=(7.2, 3.5), constrained_layout=True)
@@ -123,7 +142,7 @@ def spectrum(plot, values):
     return figure
 
 
-PLOTS = {function.__name__: function for function in (convergence, trajectory, spectrum)}
+PLOTS = {function.__name__: function for function in (convergence, trajectory, force, spectrum)}
 
 
 def draw(folder, case, values):

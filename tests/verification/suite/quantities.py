@@ -29,10 +29,15 @@ def probe(results, table):
 def history(results, table):
     """A value of a column of history.csv: the `last`, or the largest magnitude since the time `since`.
 
-    `of` may also be `change`: the largest difference from the value at `since`. Several columns are the
-    components of a vector. All is divided by the largest magnitude of `relative_to`, if this is given.
+    `of` may also be `change`: the largest difference from the value at `since`; `least`: the least value of
+    the rows that have one; `mean`: the mean over the time. Several columns are the components of a vector.
+    All is divided by the largest magnitude of `relative_to`, if this is given.
     """
     data = results.history
+    if table["of"] == "least":
+        return np.nanmin(data[table["columns"][0]])
+    if table["of"] == "mean":
+        return np.trapz(data[table["columns"][0]], data["time"]) / (data["time"][-1] - data["time"][0])
     values = np.column_stack([data[name] for name in table["columns"]])
     kept = data["time"] >= table.get("since", 0.0) - 1e-9
     if table["of"] == "last":
@@ -140,5 +145,108 @@ def order(results, table):
     return study["observed_order"][rows[study["step"][rows].argmin()]]
 
 
+def rate(results, table):
+    """The mean rate of a column of history.csv between two times."""
+    data = results.history
+    ends = [table["from"], table["until"]]
+    values = np.interp(ends, data["time"], data[table["column"]])
+    return (values[1] - values[0]) / (ends[1] - ends[0])
+
+
+def impact(results, table):
+    """The force of an obstacle along x beside `exact`, a formula of the time X since the touch.
+
+    The force of a step is the rate of the momentum minus `other`, the other forces along x. `of` is its
+    `mean` between `from` and `until` divided by that of the exact one; `error`, the root mean square of the
+    difference there divided by that of the exact one; or `duration`: from where the force first rises above
+    half of the exact one at the time 0 to where it falls below half of the exact one at `end`; or `released`:
+    the value of `column` at that end.
+    """
+    data = results.history
+    steps = np.diff(data["time"])
+    force = np.diff(data["px"]) / steps - table.get("other", 0.0)
+    middle = data["time"][:-1] + 0.5 * steps
+
+    def exact(times):
+        return formula(table["exact"], np.column_stack([times] * 3))
+
+    if table["of"] in ("duration", "released"):
+        first, last = 0.5 * exact(np.array([0.0, table["end"]]))
+
+        def crossing(before, level):
+            """Where the line through the forces of two steps has the level."""
+            part = (level - force[before]) / (force[before + 1] - force[before])
+            return middle[before] + part * (middle[before + 1] - middle[before])
+
+        if force[0] > first:
+            start = 0.0
+        else:
+            start = crossing(np.argmax(force > first) - 1, first)
+        after = middle > start + 0.5 * table["end"]
+        end = crossing(np.argmax(after & (force < last)) - 1, last)
+        return end - start if table["of"] == "duration" else np.interp(end, data["time"], data[table["column"]])
+    kept = (middle > table["from"]) & (middle < table["until"])
+    weights, wanted = steps[kept], exact(middle[kept])
+    if table["of"] == "mean":
+        return (weights * force[kept]).sum() / (weights * wanted).sum()
+    return np.sqrt((weights * (force[kept] - wanted) ** 2).sum() / (weights * wanted ** 2).sum())
+
+
+def impacts(results, table):
+    """How often the body comes into the layer of an obstacle: rises of the contact energy from zero."""
+    touches = results.history["contact_energy"] > 0.0
+    return np.count_nonzero(touches[1:] & ~touches[:-1]) + int(touches[0])
+
+
+def contact(results, table):
+    """What obstacles do to the body in the last frame.
+
+    `of` is `force`: component number `component` of the sum of the contact forces; `uneven`: the largest
+    relative difference of a contact pressure from `exact` where the formula `where` of the rest positions is
+    true; or `peak`: the largest pressure.
+    """
+    grid = results.final
+    if table["of"] == "force":
+        return grid.arrays["contact_force"][:, table["component"]].sum()
+    pressure = grid.arrays["contact_pressure"]
+    if table["of"] == "peak":
+        return pressure.max()
+    return np.abs(pressure[formula(table["where"], grid.points)] / table["exact"] - 1.0).max()
+
+
+def distance_under(pressure, thickness, stiffness):
+    """The distance at which a contact layer has a pressure (theory.md, formula (31c))."""
+    low, high = 0.0, 1.0
+    for _ in range(100):
+        r = 0.5 * (low + high)
+        is_above = stiffness * (2.0 * (r - 1.0) * np.log(r) + (r - 1.0) ** 2 / r) > pressure
+        low, high = (r, high) if is_above else (low, r)
+    return high * thickness
+
+
+def hertz(results, table):
+    """A rigid ball in a quarter of a block, divided by what Hertz says.
+
+    The corners of quadratic faces, which have a thousandth of the area, do not count for the largest pressure.
+    `of` is `force`, at the approach δ: the way of the ball minus the compression of its layer under the
+    largest pressure, plus what a half-space sinks at the depth `depth`, where the block is held (Boussinesq:
+    F (1 + ν)(3 − 2ν)/(2π E depth)). Or it is `pressure`: the largest pressure, at the force that there is.
+    """
+    modulus, nu, radius = table["modulus"], table["nu"], table["radius"]
+    plane = modulus / (1.0 - nu ** 2)
+    forces = np.abs(results.final.arrays["contact_force"][:, 1])
+    pressures = results.final.arrays["contact_pressure"]
+    areas = np.divide(forces, pressures, out=np.zeros_like(forces), where=pressures > 0.0)
+    force, peak = 4.0 * forces.sum(), pressures[areas > 0.01 * areas.max()].max()
+    if table["of"] == "pressure":
+        return peak / np.cbrt(6.0 * force * plane ** 2 / (np.pi ** 3 * radius ** 2))
+    layer = results.summary["scene"]["obstacle"][0]
+    thickness, stiffness = layer["thickness"], layer["stiffness"]
+    approach = table["way"] - (thickness - distance_under(peak, thickness, stiffness))
+    approach += force * (1.0 + nu) * (3.0 - 2.0 * nu) / (2.0 * np.pi * modulus * table["depth"])
+    return force / (4.0 / 3.0 * plane * np.sqrt(radius) * approach ** 1.5)
+
+
 KINDS = {function.__name__: function
-         for function in (probe, history, summary, frequency, torque, field, nodal, period, line, peak, order)}
+         for function in (probe, history, summary, frequency, torque, field, nodal, period, line, peak, order, rate,
+                          impact, impacts, contact, hertz)}

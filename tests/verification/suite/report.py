@@ -42,6 +42,8 @@ def asserted(value):
         if bound is not None:
             plain = value.absolute or bound < 1e-6
             bounds.append(f"{sign} {bound:g}" if plain else f"{sign} {100 * bound:g} %")
+    if value.at_least is not None:
+        bounds.append(f"value ≥ {value.at_least:g}")
     return ", ".join(bounds) or "–"
 
 
