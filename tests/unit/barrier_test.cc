@@ -139,5 +139,15 @@ TEST(Barrier, HasHalfOfTheCurvatureAsTheRateWhereNothingMoves) {
   }
 }
 
+// Energy and pressure fall with the distance, so that each belongs to one.
+TEST(Barrier, KnowsTheDistanceOfAnEnergyAndOfAPressure) {
+  for (const double d : layer_distances()) {
+    EXPECT_NEAR(kLayer.distance_at_energy(kLayer.value(d)), d, 1e-6 * d);
+    EXPECT_NEAR(kLayer.distance_at_pressure(-kLayer.slope(d)), d, 1e-6 * d);
+  }
+  EXPECT_EQ(kLayer.distance_at_energy(0.0), kLayer.thickness);
+  EXPECT_EQ(kLayer.distance_at_pressure(0.0), kLayer.thickness);
+}
+
 }  // namespace
 }  // namespace tetraction

@@ -205,7 +205,7 @@ TEST_P(Contacts, CutWaysWhereTheObstacleSeesThem) {
   const Contact contact = this->contact();
   const Vector from = state_at(0.1, 9);
   const Vector with_it = state_at(0.6, 9);
-  EXPECT_EQ(contact.crossing_vertex(at(from, 0.1), at(with_it, 0.6)), -1);
+  EXPECT_FALSE(contact.crossing(at(from, 0.1), at(with_it, 0.6)).has_value());
   Vector x = with_it;
   EXPECT_FALSE(contact.clear_way(at(from, 0.1), at(with_it, 0.6), x));
   EXPECT_EQ(x, with_it);
@@ -214,12 +214,12 @@ TEST_P(Contacts, CutWaysWhereTheObstacleSeesThem) {
     Vector far = with_it;
     for (Index v = 0; v < mesh_.vertex_count(); ++v) vertex_block(far, v) += jump;
     x = far;
-    const bool crosses = contact.crossing_vertex(at(from, 0.1), at(far, 0.6)) >= 0;
+    const bool crosses = contact.crossing(at(from, 0.1), at(far, 0.6)).has_value();
     if (crosses) {
       EXPECT_TRUE(contact.clear_way(at(from, 0.1), at(far, 0.6), x));
     }
     contact.clear_way(at(from, 0.1), at(far, 0.6), x);
-    EXPECT_EQ(contact.crossing_vertex(at(from, 0.1), at(x, 0.6)), -1);
+    EXPECT_FALSE(contact.crossing(at(from, 0.1), at(x, 0.6)).has_value());
     EXPECT_TRUE(contact.penetrations(at(x, 0.6)).empty());
     // A part of the displacement at one instant.
     const Vector displacement = far - with_it;
@@ -262,22 +262,75 @@ TEST(Contact, HasTheAreasOfTheFaces) {
       }
     }
     EXPECT_NEAR(contact.smallest_gap(at), 0.03, 1e-15);
-    // The pressure of an impact at 2 m/s is ρ c v; the vertex in the middle of the face has the largest share of it.
-    const Vector fall = Vector3(0.0, -2.0, 0.0).replicate(mesh.vertex_count(), 1);
-    const double stiffness = Barrier{obstacle.thickness, obstacle.stiffness}.curvature(0.03);
-    double share = 0.0;
-    Vector gradient = Vector::Zero(rest.size());
-    contact.add_gradient(at, gradient);
-    for (Index v = 0; v < mesh.vertex_count(); ++v)
-      share = std::max(share, -gradient[3 * v + 1] / p);
+  }
+}
+
+// A vertex that comes down on the layer with the speed s presses it until it has the energy m s²/(2w), or the pressure
+// of the impact of a half-space, ρ c s.
+TEST(Contact, ForetellsTheLimitOfAnImpact) {
+  const TetMesh mesh = touching_box(false);
+  Obstacle obstacle = obstacle_around_box(mesh, PlaneShape{{0.0, -0.03, 0.0}, {0.0, 1.0, 0.0}});
+  obstacle.surface = select_triangles(mesh, SelectFaces{{0.0, -1.0, 0.0}, {}});
+  const Barrier layer{obstacle.thickness, obstacle.stiffness};
+  const Vector rest = mesh.rest_positions();
+  const Vector mass = Vector::Ones(mesh.vertex_count());
+  const double pressure = -layer.slope(0.03);
+  // Their forces tell the areas.
+  const Contact touching(mesh, {obstacle});
+  Vector gradient = Vector::Zero(rest.size());
+  touching.add_gradient({mass, rest, 0.0}, gradient);
+  const double gap = 1.0001 * layer.thickness;
+  obstacle.shape = PlaneShape{{0.0, -gap, 0.0}, {0.0, 1.0, 0.0}};
+  const Contact contact(mesh, {obstacle});
+  const ForcePoint at{mass, rest, 0.0};
+  constexpr double kSpeed = 0.5;
+  constexpr double kStep = 1e-4;
+  const Vector fall = Vector3(0.0, -kSpeed, 0.0).replicate(mesh.vertex_count(), 1);
+  for (const double impedance : {0.0, 1e3, 1e6}) {
     for (const double critical : {1e-4, 0.05}) {
-      const double limit = 1.0 / std::sqrt(1.0 / (critical * critical) + 0.25 * stiffness * share);
-      EXPECT_NEAR(contact.impact_limit(at, fall, p / 2.0, critical), limit, 1e-9 * limit);
+      double rate = 0.0;
+      for (Index v = 0; v < mesh.vertex_count(); ++v) {
+        const double area = -gradient[3 * v + 1] / pressure;
+        if (!(area > 0.0)) continue;
+        const double d = std::min(layer.distance_at_energy(0.5 * kSpeed * kSpeed / area),
+                                  layer.distance_at_pressure(impedance * kSpeed));
+        rate = std::max(rate, 0.25 * area * layer.curvature(d));
+      }
+      double limit = 1.0 / std::sqrt(1.0 / (critical * critical) + rate);
+      limit = std::min(limit, layer.thickness / (4.0 * kSpeed));
+      const auto forecast = contact.impact_forecast(at, fall, impedance, critical, kStep);
+      EXPECT_NEAR(forecast.limit, limit, 1e-6 * limit) << impedance;
+      EXPECT_EQ(forecast.valid_for, 0.0);
     }
-    // Nothing crosses more than half of the layer in a step.
-    EXPECT_NEAR(contact.impact_limit(at, 1e6 * fall, 0.0, 1.0), 0.25e-6 * obstacle.thickness,
-                1e-16);
-    EXPECT_EQ(contact.impact_limit(at, 0.0 * fall, p, 1.0), 1.0);
+  }
+  // What goes away, or rests beyond the layer, sets no limit.
+  EXPECT_EQ(contact.impact_forecast(at, -fall, 1e3, 0.05, kStep).limit, 0.05);
+  EXPECT_EQ(contact.impact_forecast(at, 0.0 * fall, 1e3, 0.05, kStep).limit, 0.05);
+  // In the layer there is the limit of its stiffness.
+  EXPECT_LT(touching.impact_forecast(at, 0.0 * fall, 1e3, 0.05, kStep).limit, 0.05);
+}
+
+// However far away an obstacle is, it must not shorten steps; and nothing may come near it unseen.
+TEST(Contact, ForetellsHowLongNothingComesNear) {
+  const TetMesh mesh = touching_box(false);
+  const Vector rest = mesh.rest_positions();
+  const Vector mass = Vector::Ones(mesh.vertex_count());
+  const Vector fall = Vector3(0.0, -3.0, 0.0).replicate(mesh.vertex_count(), 1);
+  constexpr double kStep = 1e-3;
+  for (const double depth : {0.3, 0.34, 1.0, 1e6}) {
+    Obstacle obstacle = obstacle_around_box(mesh, PlaneShape{{0.0, -depth, 0.0}, {0, 1, 0}});
+    const Contact contact(mesh, {obstacle});
+    const auto forecast = contact.impact_forecast({mass, rest, 0.0}, fall, 1e6, 0.05, kStep);
+    EXPECT_EQ(forecast.limit, 0.05);
+    // At twice the speed the body comes no nearer than 1.5 layers.
+    const double left = depth - 1.5 * obstacle.thickness;
+    EXPECT_LE(6.0 * forecast.valid_for, left * (1.0 + 1e-9));
+    EXPECT_NEAR(forecast.valid_for, std::min(16.0 * kStep, left / 6.0), 1e-9);
+    // A floor that comes up at 30 m/s is nearer in time.
+    obstacle.motion.velocity = {0.0, 30.0, 0.0};
+    const Contact moving(mesh, {obstacle});
+    EXPECT_NEAR(moving.impact_forecast({mass, rest, 0.0}, fall, 1e6, 0.05, kStep).valid_for,
+                std::min(16.0 * kStep, left / 66.0), 1e-9);
   }
 }
 

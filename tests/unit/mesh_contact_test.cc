@@ -347,27 +347,37 @@ TEST(MeshContact, ContactPointsHaveTheForcesOfTheGradient) {
   }
 }
 
-TEST(MeshContact, StiffnessUnderPressureBoundsTheHessian) {
+// Over a flat floor each vertex of the lower face has its distance, its area and its speed downwards, whatever its way
+// along the floor; and the stiffness of its layer is the Hessian's.
+TEST(MeshContact, KnowsWhatComesNear) {
   const Barrier barrier{0.1, 1e5};
   Triangles body = cube_surface(2, 1.0);
   move(body, Vector3(1, 1, 0));
   const ContactSurface surface = contact_surface(body);
-  const Triangles floor = flat_grid(3, 3.0);
-  const MeshContact contact(mesh_of(floor), surface, barrier);
+  const MeshContact contact(mesh_of(flat_grid(3, 3.0)), surface, barrier);
   for (const double d : {0.095, 0.05, 0.01}) {
     Vector x = surface.rest;
     for (Index i = 0; i < x.size() / 3; ++i) x[3 * i + 2] += d;
     DenseBlocks hessian(x.size() / 3);
     contact.add_hessian(x, true, hessian);
-    Vector bound;
-    contact.stiffness_under_pressure(-barrier.slope(d), bound);
-    double largest = 0.0;
-    for (Index i = 0; i < bound.size(); ++i) {
-      const double k = hessian.matrix(3 * i + 2, 3 * i + 2);
-      EXPECT_LE(k, bound[i] * (1.0 + 1e-9));
-      largest = std::max(largest, k / bound[i]);
+    const Vector v = Vector3(7.0, -3.0, -2.0).replicate(x.size() / 3, 1);
+    std::vector<Approach> found;
+    contact.approaching(x, v, 0.2, found);
+    std::vector<bool> seen(static_cast<std::size_t>(x.size() / 3), false);
+    for (const Approach& each : found) {
+      if (each.distance > d + 1e-12) continue;
+      seen[static_cast<std::size_t>(each.vertex)] = true;
+      EXPECT_NEAR(each.distance, d, 1e-12);
+      EXPECT_NEAR(each.speed, 2.0, 1e-9);
+      const double k = hessian.matrix(3 * each.vertex + 2, 3 * each.vertex + 2);
+      EXPECT_NEAR(k, each.weight * barrier.curvature(d), 1e-9 * k);
     }
-    EXPECT_GT(largest, 0.6);
+    for (Index i = 0; i < x.size() / 3; ++i) {
+      EXPECT_EQ(seen[static_cast<std::size_t>(i)], surface.rest[3 * i + 2] == 0.0) << i;
+    }
+    found.clear();
+    contact.approaching(x, v, 0.5 * d, found);
+    EXPECT_TRUE(found.empty());
   }
 }
 

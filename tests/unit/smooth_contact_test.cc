@@ -262,21 +262,5 @@ TEST_P(SmoothContacts, HaveLongestStepsThatEndAtAWall) {
 INSTANTIATE_TEST_SUITE_P(Shapes, SmoothContacts, testing::ValuesIn(obstacle_shapes()),
                          [](const auto& test) { return test.param.name; });
 
-// −U′(d) = p has one solution, and the stiffness is U″ there.
-TEST(SmoothContact, KnowsTheStiffnessOfItsLayerUnderAPressure) {
-  const Barrier barrier{0.01, 2e5};
-  for (const double d : {1e-6, 1e-3, 5e-3, 9.9e-3}) {
-    const double pressure = -barrier.slope(d);
-    EXPECT_NEAR(layer_stiffness(barrier, pressure), barrier.curvature(d),
-                1e-9 * barrier.curvature(d));
-  }
-  EXPECT_EQ(layer_stiffness(barrier, 0.0), 0.0);
-  // 2 √3 √(p κ)/d̂ under small pressures.
-  const double small = 1e-6 * barrier.stiffness;
-  EXPECT_NEAR(layer_stiffness(barrier, small) * barrier.thickness /
-                  (2.0 * std::sqrt(3.0 * small * barrier.stiffness)),
-              1.0, 2e-3);
-}
-
 }  // namespace
 }  // namespace tetraction

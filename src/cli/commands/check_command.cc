@@ -12,6 +12,7 @@
 #include "cli/console.h"
 #include "cli/scene_source.h"
 #include "commands.h"
+#include "contact_check.h"
 #include "dynamics/steppers/rotated_guess.h"
 #include "mesh/bounding_box.h"
 #include "mesh_table.h"
@@ -204,6 +205,9 @@ int check(const std::string& path, const std::vector<std::string>& overrides, bo
     const Vector q = strained_state(system->elastic(), state.position);
     enter_errors(check_derivatives(*volume, system->rest(), q), "nodal volumes", true);
   }
+  if (const auto errors = check_contact_derivatives(*system, state.position)) {
+    enter_errors(*errors, "contact", true);
+  }
 
   if (as_json) {
     // The name of a file need not be UTF-8, which JSON must be.
@@ -267,8 +271,9 @@ int check(const std::string& path, const std::vector<std::string>& overrides, bo
     print_loads_and_supports(facts, scene, *system);
     print_result(
         "\nanalytic derivatives against central differences, at the initial state strained by "
-        "about 10 %:\n{:<16}{:>18}{:>18}\n",
-        "material", "forces", "stiffness");
+        "about 10 %{}:\n{:<16}{:>18}{:>18}\n",
+        system->contact() != nullptr ? ", and in the layers of obstacles" : "", "material",
+        "forces", "stiffness");
     for (const auto& row : json["derivatives"]) {
       if (row.contains("defined")) {
         print_result("{:<16}{:>36}\n", row["material"].get<std::string>(), "not defined there");

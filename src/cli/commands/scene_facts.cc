@@ -297,7 +297,7 @@ SceneFacts scene_facts(const Scene& scene, const MechanicalSystem& system,
   }
   facts.pull = pull_facts(scene, system, positions);
   facts.supports = support_facts(constraints, system);
-  facts.motions = find_free_motions(system);
+  facts.motions = find_free_motions(system, 0.0, Contact::Support::kPresent);
   facts.mass = mass_properties(system);
   facts.lumped_mass = lumped_mass_properties(system);
   for (const LoadFacts& load : facts.loads) {
@@ -400,6 +400,10 @@ void print_loads_and_supports(const SceneFacts& facts, const Scene& scene,
     print_result("  free motions: {}\n", free.empty() ? "none" : free);
   } else {
     print_result("  free motions, if distances did not count: {}\n", free.empty() ? "none" : free);
+  }
+  if (system.contact() != nullptr && !free.empty()) {
+    print_result(
+        "  (obstacles count where the body is in their layers at rest; static takes all)\n");
   }
 }
 

@@ -25,6 +25,19 @@ bool are_close(double a, double b) {
   return std::max(a, b) <= 1.5 * std::min(a, b);
 }
 
+// The smallest r in (0, 1) for which `is_below(r)` holds, where it holds from some r on. Bisection in ln(r/(1 − r)).
+template <class Function>
+double first_part(const Function& is_below) {
+  double low = -40.0;
+  double high = 18.0;
+  constexpr int kHalvings = 30;
+  for (int i = 0; i < kHalvings; ++i) {
+    const double middle = 0.5 * (low + high);
+    (is_below(1.0 / (1.0 + std::exp(-middle))) ? high : low) = middle;
+  }
+  return 1.0 / (1.0 + std::exp(-low));
+}
+
 }  // namespace
 
 double Barrier::mean_slope(double a, double b) const {
@@ -52,6 +65,16 @@ double Barrier::mean_slope_rate(double a, double b) const {
     rate += point.weight * point.place * curvature(a + point.place * (b - a));
   }
   return rate;
+}
+
+double Barrier::distance_at_energy(double energy) const {
+  if (!(energy > 0.0)) return thickness;
+  return thickness * first_part([&](double r) { return value(r * thickness) <= energy; });
+}
+
+double Barrier::distance_at_pressure(double pressure) const {
+  if (!(pressure > 0.0)) return thickness;
+  return thickness * first_part([&](double r) { return -slope(r * thickness) <= pressure; });
 }
 
 }  // namespace tetraction

@@ -73,6 +73,18 @@ void Contact::Unit::scatter(const Matrix3& rotation, const Vector& local, Vector
   }
 }
 
+Index Contact::Unit::penetrating_vertex(const ForcePoint& at) const {
+  if (smooth == nullptr) {
+    const Index found = law->penetrating_vertex(local(at));
+    return found < 0 ? -1 : surface.vertices[static_cast<std::size_t>(found)];
+  }
+  Index first = -1;
+  for_each_near(frame(at), at.position, [&](Index, Index v, const Vector3& x) {
+    if (first < 0 && !(smooth->distance(x) > 0.0)) first = v;
+  });
+  return first;
+}
+
 void TurnedBlocks::add(Index i, const Matrix3& block) {
   Matrix3 whole = turned(block);
   if (symmetric_) whole = 0.5 * (whole + whole.transpose().eval());
@@ -105,6 +117,7 @@ Contact::Contact(const TetMesh& mesh, std::vector<Obstacle> obstacles, const Con
         unit.law = std::make_shared<SmoothContact>(obstacle.shape, barrier, unit.surface.areas);
       }
     }
+    unit.smooth = dynamic_cast<const SmoothContact*>(unit.law.get());
     unit.obstacle = std::move(obstacle);
     units_.push_back(std::move(unit));
   }
@@ -139,8 +152,8 @@ bool Contact::couples_vertices() const {
 
 Index Contact::undefined_vertex(const ForcePoint& at) const {
   for (const Unit& unit : units_) {
-    const Index found = unit.law->penetrating_vertex(unit.local(at));
-    if (found >= 0) return unit.surface.vertices[static_cast<std::size_t>(found)];
+    const Index found = unit.penetrating_vertex(at);
+    if (found >= 0) return found;
   }
   return -1;
 }
@@ -159,14 +172,28 @@ double Contact::longest_step(const ForcePoint& from, const Vector& displacement)
 
 double Contact::energy(const ForcePoint& at) const {
   double sum = 0.0;
-  for (const Unit& unit : units_) sum += unit.law->energy(unit.local(at));
+  for (const Unit& unit : units_) {
+    if (unit.smooth == nullptr) {
+      sum += unit.law->energy(unit.local(at));
+      continue;
+    }
+    unit.for_each_near(unit.frame(at), at.position, [&](Index i, Index, const Vector3& x) {
+      sum += unit.smooth->vertex_energy(i, x);
+    });
+  }
   return sum;
 }
 
 void Contact::add_gradient(const ForcePoint& at, Vector& gradient) const {
   for (const Unit& unit : units_) {
     const ObstacleFrame frame = unit.frame(at);
-    unit.scatter(frame.rotation, unit.gradient(unit.local(frame, at.position)), gradient);
+    if (unit.smooth == nullptr) {
+      unit.scatter(frame.rotation, unit.gradient(unit.local(frame, at.position)), gradient);
+      continue;
+    }
+    unit.for_each_near(frame, at.position, [&](Index i, Index v, const Vector3& x) {
+      vertex_block(gradient, v) += frame.rotation * unit.smooth->vertex_gradient(i, x);
+    });
   }
 }
 
@@ -224,20 +251,34 @@ void Contact::add_discrete_hessian(const ForcePoint& from, const ForcePoint& to,
   }
 }
 
-Index Contact::crossing_vertex(const ForcePoint& from, const ForcePoint& to) const {
-  for (const Unit& unit : units_) {
+std::optional<Contact::Crossing> Contact::crossing(const ForcePoint& from, const ForcePoint& to,
+                                                   const std::vector<Index>* only) const {
+  for (std::size_t k = 0; k < units_.size(); ++k) {
+    const Unit& unit = units_[k];
+    const bool is_convex = unit.smooth != nullptr && unit.smooth->has_convex_side();
+    if (is_convex && only == nullptr && unit.penetrating_vertex(to) < 0) continue;
     const Vector start = unit.local(from);
-    const Vector way = unit.local(to) - start;
+    Vector way = unit.local(to) - start;
+    if (only != nullptr) {
+      Index i = 0;
+      for (const Index v : unit.surface.vertices) {
+        if (!std::binary_search(only->begin(), only->end(), v)) vertex_block(way, i).setZero();
+        ++i;
+      }
+    }
     const double longest = unit.law->longest_step(start, way);
     if (!(longest < 1.0)) continue;
     // The vertex that is nearest to the obstacle where the way ends.
     Vector gaps;
     unit.law->vertex_gaps(start + 0.999 * longest * way, gaps);
     Index nearest = 0;
-    gaps.minCoeff(&nearest);
-    return unit.surface.vertices[static_cast<std::size_t>(nearest)];
+    for (Index i = 0; i < gaps.size(); ++i) {
+      const bool moves = only == nullptr || !vertex_block(way, i).isZero(0.0);
+      if (moves && !(gaps[nearest] <= gaps[i])) nearest = i;
+    }
+    return Crossing{k, unit.surface.vertices[static_cast<std::size_t>(nearest)]};
   }
-  return -1;
+  return std::nullopt;
 }
 
 bool Contact::clear_way(const ForcePoint& from, const ForcePoint& to, Vector& x) const {
@@ -261,11 +302,12 @@ bool Contact::clear_way(const ForcePoint& from, const ForcePoint& to, Vector& x)
   return moved;
 }
 
-void Contact::add_support(const ForcePoint& at, HessianBlocks& hessian) const {
+void Contact::add_support(const ForcePoint& at, Support support, HessianBlocks& hessian) const {
   for (const Unit& unit : units_) {
     const ObstacleFrame frame = unit.frame(at);
     TurnedBlocks blocks(unit.surface, frame.rotation, frame.rotation, true, hessian);
-    unit.law->add_support(unit.local(frame, at.position), blocks);
+    unit.law->add_support(unit.local(frame, at.position),
+                          support == Support::kPossible ? kFar : unit.obstacle.thickness, blocks);
   }
 }
 
@@ -325,8 +367,18 @@ std::vector<ObstacleForce> Contact::forces(const ForcePoint& at) const {
   std::vector<ObstacleForce> result;
   for (const Unit& unit : units_) {
     const ObstacleFrame frame = unit.frame(at);
-    result.push_back(
-        unit.resultant(frame.rotation, unit.gradient(unit.local(frame, at.position)), at.position));
+    if (unit.smooth == nullptr) {
+      result.push_back(unit.resultant(frame.rotation, unit.gradient(unit.local(frame, at.position)),
+                                      at.position));
+      continue;
+    }
+    ObstacleForce sum;
+    unit.for_each_near(frame, at.position, [&](Index i, Index v, const Vector3& x) {
+      const Vector3 force = -(frame.rotation * unit.smooth->vertex_gradient(i, x));
+      sum.force += force;
+      sum.moment += vertex_block(at.position, v).cross(force);
+    });
+    result.push_back(sum);
   }
   return result;
 }
@@ -364,33 +416,6 @@ std::vector<Contact::Penetration> Contact::penetrations(const ForcePoint& at) co
     }
   }
   return found;
-}
-
-double Contact::impact_limit(const ForcePoint& at, const Vector& v, double impedance,
-                             double critical_step) const {
-  double limit = critical_step;
-  Vector bound;
-  for (const Unit& unit : units_) {
-    const ObstacleMotion& motion = unit.obstacle.motion;
-    const double factor = motion.history.value(at.time);
-    double speed = 0.0;
-    for (const Index i : unit.surface.vertices) {
-      const Vector3 arm = vertex_block(at.position, i) - motion.about;
-      const Vector3 own = factor * (motion.velocity + motion.angular_velocity.cross(arm));
-      speed = std::max(speed, (vertex_block(v, i) - own).norm());
-    }
-    if (!(speed > 0.0)) continue;
-    unit.law->stiffness_under_pressure(impedance * speed, bound);
-    double largest = 0.0;  // ω²
-    Index i = 0;
-    for (const Index vertex : unit.surface.vertices) {
-      largest = std::max(largest, bound[i++] / at.mass[vertex]);
-    }
-    limit =
-        std::min(limit, 1.0 / std::sqrt(1.0 / (critical_step * critical_step) + 0.25 * largest));
-    limit = std::min(limit, unit.obstacle.thickness / (2.0 * speed));
-  }
-  return limit;
 }
 
 }  // namespace tetraction

@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "obstacle_contact.h"
+#include "smooth_contact.h"
 #include "tetraction/dynamics/contact/contact.h"
 
 namespace tetraction {
@@ -13,6 +14,7 @@ struct Contact::Unit {
   Obstacle obstacle;
   ContactSurface surface;
   std::shared_ptr<const ObstacleContact> law;
+  const SmoothContact* smooth = nullptr;  // `law`, if it is one
 
   ObstacleFrame frame(const ForcePoint& at) const {
     return frame_at(obstacle.motion, at.time, at.load_factor);
@@ -25,6 +27,23 @@ struct Contact::Unit {
   Vector mean_gradient(const Vector& from, const Vector& to) const;
   /// gradient += the vectors of the surface's vertices, turned into the frame of the body.
   void scatter(const Matrix3& rotation, const Vector& local, Vector& gradient) const;
+  /// function(i, v, x) for each vertex in the layers of smooth walls, in ascending order: i its number of the surface,
+  /// v that of the mesh, and x where the obstacle sees it.
+  template <class Function>
+  void for_each_near(const ObstacleFrame& frame, const Vector& position,
+                     const Function& function) const {
+    const auto vertex = [&](Index i) { return surface.vertices[static_cast<std::size_t>(i)]; };
+    const auto call = [&](Index i, const Vector3& x) { function(i, vertex(i), x); };
+    if (frame.rotation == Matrix3::Identity()) {
+      smooth->for_each_near(
+          [&](Index i) { return Vector3(vertex_block(position, vertex(i)) - frame.shift); }, call);
+    } else {
+      smooth->for_each_near(
+          [&](Index i) { return frame.to_local(vertex_block(position, vertex(i))); }, call);
+    }
+  }
+  /// The first vertex of the mesh that penetrates, or −1.
+  Index penetrating_vertex(const ForcePoint& at) const;
   /// The sum of minus these vectors as forces at these positions of all vertices.
   ObstacleForce resultant(const Matrix3& rotation, const Vector& local,
                           const Vector& position) const;

@@ -21,7 +21,74 @@ Vector3 velocity_at(const ContactPoint& place, const MechanicalSystem& system, c
   return mean;
 }
 
+// A lower bound of the distance to which a layer is pressed that takes up an energy and a pressure more than at the
+// distance d. The tangents of U_b and U_b′, both convex, are one where they change little.
+double pressed_distance(const Barrier& layer, double d, double energy, double pressure) {
+  constexpr double kLittle = 0.05;
+  if (d < layer.thickness) {
+    const double change = std::max(energy / -layer.slope(d), pressure / layer.curvature(d));
+    if (change < kLittle * std::min(d, layer.thickness - d)) return d - change;
+  }
+  return std::min(layer.distance_at_energy(layer.value(d) + energy),
+                  layer.distance_at_pressure(-layer.slope(d) + pressure));
+}
+
 }  // namespace
+
+Contact::ImpactForecast Contact::impact_forecast(const ForcePoint& at, const Vector& v,
+                                                 double impedance, double critical_step,
+                                                 double step) const {
+  // Half of the limit takes this many steps, and twice as many, to cross the layer.
+  constexpr double kCrossing = 4.0;
+  constexpr double kHorizon = 16.0;  // steps
+  constexpr double kNear = 1.5;      // times the thickness, inside which all vertices are looked at
+  constexpr double kFaster = 2.0;    // what is far may come to be so much faster
+  const double horizon = kHorizon * step;
+  ImpactForecast forecast{critical_step, horizon};
+  std::vector<Approach> found;
+  for (const Unit& unit : units_) {
+    const Vector x = unit.local(at);
+    // The velocities that the obstacle sees in the next step, and on the way to the horizon.
+    const auto seen = [&](double time) {
+      const ForcePoint later{at.mass, at.position, at.time + time};
+      const ObstacleFrame frame = unit.frame(later);
+      return Vector((unit.local(frame, at.position + time * v) - x) / time);
+    };
+    const Vector velocity = seen(step);
+    double largest = 0.0;
+    for (const Vector& each : {velocity, seen(horizon)}) {
+      for (Index i = 0; i < each.size() / 3; ++i) {
+        largest = std::max(largest, vertex_block(each, i).squaredNorm());
+      }
+    }
+    largest = kFaster * std::sqrt(largest);
+    const Barrier layer{unit.obstacle.thickness, unit.obstacle.stiffness};
+    const double near = kNear * layer.thickness;
+    found.clear();
+    unit.law->approaching(x, velocity, near + horizon * largest, found);
+    for (const Approach& each : found) {
+      if (each.distance > near && largest > 0.0) {
+        forecast.valid_for = std::min(forecast.valid_for, (each.distance - near) / largest);
+      } else {
+        forecast.valid_for = 0.0;
+      }
+      const double speed = std::max(0.0, each.speed);
+      const double mass = at.mass[unit.surface.vertices[static_cast<std::size_t>(each.vertex)]];
+      if (each.distance >= layer.thickness + 2.0 * step * speed) continue;
+      const double area = unit.surface.areas[static_cast<std::size_t>(each.vertex)];
+      const double pressed =
+          pressed_distance(layer, each.distance, 0.5 * mass / each.weight * speed * speed,
+                           impedance * speed * std::max(1.0, area / each.weight));
+      const double rate = each.weight * layer.curvature(pressed) / (4.0 * mass);
+      forecast.limit =
+          std::min(forecast.limit, 1.0 / std::sqrt(1.0 / (critical_step * critical_step) + rate));
+      if (speed > 0.0) {
+        forecast.limit = std::min(forecast.limit, layer.thickness / (kCrossing * speed));
+      }
+    }
+  }
+  return forecast;
+}
 
 void ExplicitFriction::apply(const MechanicalSystem& system, const Vector& q, double time,
                              const TimeSpan& span, double dt, Vector& momentum) {
@@ -145,9 +212,10 @@ void ExplicitContact::finish(const State& to, bool twice, StepOutcome& outcome) 
 bool ExplicitContact::is_crossing(const State& from, const State& to, Index& vertex) const {
   const Contact* contact = system_.contact();
   if (contact == nullptr) return false;
-  vertex = contact->crossing_vertex(system_.force_point(from.position, from.time),
-                                    system_.force_point(to.position, to.time));
-  return vertex >= 0;
+  const auto crossing = contact->crossing(system_.force_point(from.position, from.time),
+                                          system_.force_point(to.position, to.time));
+  if (crossing) vertex = crossing->vertex;
+  return crossing.has_value();
 }
 
 }  // namespace tetraction

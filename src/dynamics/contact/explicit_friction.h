@@ -1,4 +1,4 @@
-// Coulomb friction of explicit steps.
+// Contact in explicit steps: Coulomb friction and impulses. The source has Contact::impact_forecast(), too.
 #pragma once
 
 #include <vector>

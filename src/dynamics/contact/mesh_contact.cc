@@ -321,24 +321,37 @@ void MeshContact::vertex_gaps(const Vector& x, Vector& gaps) const {
       });
 }
 
-// The pressure p is κ|β′| at one distance, whose curvature of U_b is the stiffness per area; 2√3 √(pκ)/d̂ is its
-// limit for small pressures.
-void MeshContact::stiffness_under_pressure(double pressure, Vector& bound) const {
-  bound.setZero(static_cast<Index>(surface_.areas.size()));
-  if (!(pressure > 0.0)) return;
-  // −U_b′ falls with the distance: bisection in the logarithm.
-  double low = std::log(1e-12);
-  double high = 0.0;
-  for (int k = 0; k < 100; ++k) {
-    const double middle = 0.5 * (low + high);
-    (-barrier_.slope(std::exp(middle) * barrier_.thickness) > pressure ? low : high) = middle;
+void MeshContact::approaching(const Vector& x, const Vector& v, double reach,
+                              std::vector<Approach>& found) const {
+  const MeshCandidates near = find_candidates(mesh_, surface_, x, x, reach, MeshFeatures::kSharp);
+  const auto add = [&](Index i, double weight, const PairDistance& distance) {
+    const double d = std::sqrt(distance.squared);
+    if (d > reach) return;
+    const double closing = -distance.difference.dot(vertex_block(v, i));
+    found.push_back({i, weight, d, d > 0.0 ? closing / d : 0.0});
+  };
+  PairPoints points = PairPoints::Zero();
+  for (std::size_t k = 0; k < near.vertices.size(); ++k) {
+    const Index i = near.vertices[k];
+    points.col(0) = vertex_block(x, i);
+    for (const Index t : near.triangles_of(k)) {
+      for (Index c = 0; c < 3; ++c) {
+        points.col(c + 1) = mesh_.points()[slot(mesh_.triangles()[slot(t)][slot(c)])];
+      }
+      add(i, surface_.areas[slot(i)], pair_distance(PairKind::kPointTriangle, points));
+    }
   }
-  const double exact = barrier_.curvature(std::exp(low) * barrier_.thickness);
-  const double small =
-      2.0 * std::sqrt(3.0) * std::sqrt(pressure * barrier_.stiffness) / barrier_.thickness;
-  for (std::size_t i = 0; i < surface_.areas.size(); ++i) {
-    bound[static_cast<Index>(i)] = std::max(exact, small) * surface_.areas[i];
-  }
+  const auto add_moving = [&](const MovingPair& moving) {
+    PairDistance distance = pair_distance(moving.pair.kind, moving.points(x));
+    // The difference goes from the second side to the first one.
+    if (moving.first > 0) distance.difference = -distance.difference;
+    for (int a = 0; a < moving.count; ++a) {
+      add(moving.vertices[static_cast<std::size_t>(a)], moving.pair.weight, distance);
+    }
+  };
+  for (const auto& [vertex, triangle] : near.vertex_faces)
+    add_moving(vertex_face(vertex, triangle));
+  for (const auto& [edge, other] : near.edge_edges) add_moving(edge_edge(edge, other));
 }
 
 }  // namespace tetraction

@@ -42,13 +42,14 @@ class MeshContact final : public ObstacleContact {
   Index penetrating_vertex(const Vector& x) const override;
   double longest_step(const Vector& x, const Vector& d) const override;
   void clear_way(const Vector& from, Vector& x) const override;
-  void add_support(const Vector& x, SurfaceBlocks& blocks) const override;
+  void add_support(const Vector& x, double reach, SurfaceBlocks& blocks) const override;
   double smallest_gap(const Vector& x) const override;
   void vertex_gaps(const Vector& x, Vector& gaps) const override;
   void contact_points(const Vector& x, std::vector<ContactPoint>& points) const override;
   void mean_contact_points(const Vector& from, const Vector& to,
                            std::vector<ContactPoint>& points) const override;
-  void stiffness_under_pressure(double pressure, Vector& bound) const override;
+  void approaching(const Vector& x, const Vector& v, double reach,
+                   std::vector<Approach>& found) const override;
 
  private:
   // A pair of four points, of which those of the surface have these numbers, from `first` on.

@@ -213,9 +213,18 @@ void MeshContact::clear_way(const Vector& from, Vector& x) const {
   x = from + (kPartOfWay * longest_step(from, d)) * d;
 }
 
-// A surface of triangles may support in all directions.
-void MeshContact::add_support(const Vector& x, SurfaceBlocks& blocks) const {
+// A surface of triangles may support in all directions; in its layer it supports in those of its forces.
+void MeshContact::add_support(const Vector& x, double reach, SurfaceBlocks& blocks) const {
   const double stiffness = barrier_.stiffness / barrier_.thickness;
+  if (std::isfinite(reach)) {
+    Vector gradient = Vector::Zero(x.size());
+    if (penetrating_vertex(x) < 0) add_gradient(x, gradient);
+    for (Index v = 0; 3 * v < x.size(); ++v) {
+      const Vector3 n = vertex_block(gradient, v).stableNormalized();
+      blocks.add(v, surface_.areas[static_cast<std::size_t>(v)] * stiffness * n * n.transpose());
+    }
+    return;
+  }
   for (Index v = 0; 3 * v < x.size(); ++v) {
     blocks.add(v, surface_.areas[static_cast<std::size_t>(v)] * stiffness * Matrix3::Identity());
   }

@@ -39,6 +39,14 @@ struct ContactPoint {
   double stiffness = 0.0;             ///< −∂λ/∂d ≥ 0 with the distance d, N/m
 };
 
+/// A vertex of a pair of surface and obstacle that is near the obstacle.
+struct Approach {
+  Index vertex = 0;       ///< number of the surface
+  double weight = 0.0;    ///< area of the pair, m²
+  double distance = 0.0;  ///< of the pair, m
+  double speed = 0.0;     ///< at which the vertex comes nearer, m/s; negative where it goes away
+};
+
 /// Contact of a surface with a rigid obstacle at rest. Positions have 3 numbers for each vertex of the
 /// surface, m.
 ///
@@ -76,9 +84,10 @@ class ObstacleContact {
   /// little as possible. `from` does not penetrate.
   virtual void clear_way(const Vector& from, Vector& x) const = 0;
 
-  /// blocks += a stiffness, N/m, in the directions in which the obstacle supports the vertices of the surface if they
-  /// touch it. It tells which motions an equilibrium leaves free.
-  virtual void add_support(const Vector& x, SurfaceBlocks& blocks) const = 0;
+  /// blocks += a stiffness, N/m, in the directions in which the obstacle supports the vertices of the surface that
+  /// are nearer to it than `reach`, m. It tells which motions are free. `reach` is the thickness of the layer, or
+  /// infinite.
+  virtual void add_support(const Vector& x, double reach, SurfaceBlocks& blocks) const = 0;
 
   /// The smallest distance between surface and obstacle if it is below the thickness of the layer, m;
   /// otherwise infinity.
@@ -93,9 +102,10 @@ class ObstacleContact {
   virtual void mean_contact_points(const Vector& from, const Vector& to,
                                    std::vector<ContactPoint>& points) const = 0;
 
-  /// An upper bound of the Hessian's block at each vertex if a pressure p, Pa, acts on the whole
-  /// surface: bound[i] is a stiffness, N/m. Explicit steps take their limit from it.
-  virtual void stiffness_under_pressure(double pressure, Vector& bound) const = 0;
+  /// Appends what is nearer to the obstacle than `reach`, m, with the velocities v of the vertices, m/s. Explicit
+  /// steps take their limit from it.
+  virtual void approaching(const Vector& x, const Vector& v, double reach,
+                           std::vector<Approach>& found) const = 0;
 };
 
 }  // namespace tetraction

@@ -5,7 +5,6 @@
 #include <limits>
 #include <utility>
 
-#include "smooth_contact.h"
 #include "tetraction/core/parallel.h"
 
 namespace tetraction {
@@ -413,7 +412,7 @@ void SelfContact::vertex_gaps(const Vector& x, Vector& gaps) const {
   }
 }
 
-void SelfContact::add_support(const Vector& x, SurfaceBlocks& blocks) const {
+void SelfContact::add_support(const Vector& x, double /*reach*/, SurfaceBlocks& blocks) const {
   const double stiffness = barrier_.stiffness / barrier_.thickness;
   for (const Pair& pair : state(x).pairs) {
     if (pair.pair.weight <= 0.0) continue;
@@ -431,13 +430,24 @@ void SelfContact::add_support(const Vector& x, SurfaceBlocks& blocks) const {
   }
 }
 
-// Both sides move, which doubles the stiffness that a vertex feels.
-void SelfContact::stiffness_under_pressure(double pressure, Vector& bound) const {
-  const double stiffness = 2.0 * layer_stiffness(barrier_, pressure);
-  bound.resize(static_cast<Index>(surface_.areas.size()));
-  for (std::size_t i = 0; i < surface_.areas.size(); ++i) {
-    bound[static_cast<Index>(i)] = stiffness * surface_.areas[i];
-  }
+// The sides of a pair come nearer with the rate of their distance. Both may move, which doubles the stiffness that
+// a vertex feels.
+void SelfContact::approaching(const Vector& x, const Vector& v, double reach,
+                              std::vector<Approach>& found) const {
+  const Near near = find_near(x, x, reach);
+  const auto add = [&](const Pair& pair) {
+    const PairDistance distance = pair_distance(pair.pair.kind, pair.points(x));
+    const double d = std::sqrt(distance.squared);
+    if (d > reach) return;
+    const Vector3 rate = pair.points(v) * distance.weights;
+    const double speed = d > 0.0 ? -distance.difference.dot(rate) / d : 0.0;
+    for (int k = 0; k < pair.size(); ++k) {
+      const Index i = pair.vertices[static_cast<std::size_t>(k)];
+      found.push_back({i, 2.0 * surface_.areas[place(i)], d, speed});
+    }
+  };
+  for (const auto& [i, t] : near.vertex_faces) add(vertex_face(i, t));
+  for (const auto& [e, f] : near.edge_edges) add(edge_edge(e, f));
 }
 
 // Friction between bodies is not there.

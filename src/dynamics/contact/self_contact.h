@@ -40,14 +40,15 @@ class SelfContact final : public ObstacleContact {
   Index penetrating_vertex(const Vector& x) const override;
   double longest_step(const Vector& x, const Vector& d) const override;
   void clear_way(const Vector& from, Vector& x) const override;
-  /// Springs between vertices and the faces that they touch.
-  void add_support(const Vector& x, SurfaceBlocks& blocks) const override;
+  /// Springs between vertices and the faces that they touch. A finite `reach` is at most the thickness.
+  void add_support(const Vector& x, double reach, SurfaceBlocks& blocks) const override;
   double smallest_gap(const Vector& x) const override;
   void vertex_gaps(const Vector& x, Vector& gaps) const override;
   void contact_points(const Vector& x, std::vector<ContactPoint>& points) const override;
   void mean_contact_points(const Vector& from, const Vector& to,
                            std::vector<ContactPoint>& points) const override;
-  void stiffness_under_pressure(double pressure, Vector& bound) const override;
+  void approaching(const Vector& x, const Vector& v, double reach,
+                   std::vector<Approach>& found) const override;
 
  private:
   struct Pair {

@@ -37,11 +37,6 @@ SmoothWall SmoothWall::cylinder(const Vector3& point, const Vector3& axis, doubl
   return wall;
 }
 
-double SmoothWall::distance(const Vector3& x) const {
-  if (is_plane_) return normal_.dot(x - center_);
-  return sign_ * (arm(x).norm() - radius_);
-}
-
 Vector3 SmoothWall::normal(const Vector3& x) const {
   if (is_plane_) return normal_;
   return sign_ * arm(x).normalized();
@@ -108,38 +103,38 @@ SmoothContact::SmoothContact(const ObstacleShape& shape, const Barrier& barrier,
       walls_.push_back(SmoothWall::plane(room->max, -Vector3::Unit(axis)));
     }
   }
+  is_convex_ = std::all_of(walls_.begin(), walls_.end(),
+                           [](const SmoothWall& wall) { return wall.has_convex_side(); });
 }
 
-double SmoothContact::distance(const Vector3& x) const {
-  double least = std::numeric_limits<double>::infinity();
-  for (const SmoothWall& wall : walls_) least = std::min(least, wall.distance(x));
-  return least;
+double SmoothContact::vertex_energy(Index i, const Vector3& x) const {
+  double sum = 0.0;
+  for (const SmoothWall& wall : walls_) sum += area(i) * barrier_.value(wall.distance(x));
+  return sum;
+}
+
+Vector3 SmoothContact::vertex_gradient(Index i, const Vector3& x) const {
+  Vector3 sum = Vector3::Zero();
+  for (const SmoothWall& wall : walls_) {
+    const double d = wall.distance(x);
+    if (d >= barrier_.thickness) continue;
+    sum += area(i) * barrier_.slope(d) * wall.normal(x);
+  }
+  return sum;
 }
 
 double SmoothContact::energy(const Vector& x) const {
-  return parallel_sum(count(), [&](Index begin, Index end) {
-    double sum = 0.0;
-    for (Index v = begin; v < end; ++v) {
-      const Vector3 place = vertex_block(x, v);
-      for (const SmoothWall& wall : walls_) {
-        sum += area(v) * barrier_.value(wall.distance(place));
-      }
-    }
-    return sum;
-  });
+  double sum = 0.0;
+  for_each_near([&](Index i) { return Vector3(vertex_block(x, i)); },
+                [&](Index i, const Vector3& place) { sum += vertex_energy(i, place); });
+  return sum;
 }
 
 void SmoothContact::add_gradient(const Vector& x, Vector& gradient) const {
-  parallel_for(count(), kGrain, [&](Index begin, Index end) {
-    for (Index v = begin; v < end; ++v) {
-      const Vector3 place = vertex_block(x, v);
-      for (const SmoothWall& wall : walls_) {
-        const double d = wall.distance(place);
-        if (d >= barrier_.thickness) continue;
-        vertex_block(gradient, v) += area(v) * barrier_.slope(d) * wall.normal(place);
-      }
-    }
-  });
+  for_each_near([&](Index i) { return Vector3(vertex_block(x, i)); },
+                [&](Index i, const Vector3& place) {
+                  vertex_block(gradient, i) += vertex_gradient(i, place);
+                });
 }
 
 void SmoothContact::add_hessian(const Vector& x, bool convex, SurfaceBlocks& blocks) const {
@@ -235,10 +230,11 @@ void SmoothContact::clear_way(const Vector& from, Vector& x) const {
   }
 }
 
-void SmoothContact::add_support(const Vector& x, SurfaceBlocks& blocks) const {
+void SmoothContact::add_support(const Vector& x, double reach, SurfaceBlocks& blocks) const {
   const double stiffness = barrier_.stiffness / barrier_.thickness;
   for (Index v = 0; v < count(); ++v) {
     for (const SmoothWall& wall : walls_) {
+      if (!(wall.distance(vertex_block(x, v)) < reach)) continue;
       const Vector3 n = wall.normal(vertex_block(x, v));
       blocks.add(v, area(v) * stiffness * n * n.transpose());
     }
@@ -297,22 +293,16 @@ void SmoothContact::mean_contact_points(const Vector& from, const Vector& to,
   }
 }
 
-void SmoothContact::stiffness_under_pressure(double pressure, Vector& bound) const {
-  const double stiffness = layer_stiffness(barrier_, pressure);
-  bound.resize(count());
-  for (Index v = 0; v < count(); ++v) bound[v] = area(v) * stiffness;
-}
-
-double layer_stiffness(const Barrier& barrier, double pressure) {
-  // −U′ falls from infinity to 0 on (0, d̂).
-  double low = 0.0;
-  double high = barrier.thickness;
-  constexpr int kHalvings = 100;
-  for (int i = 0; i < kHalvings; ++i) {
-    const double middle = 0.5 * (low + high);
-    (-barrier.slope(middle) > pressure ? low : high) = middle;
+void SmoothContact::approaching(const Vector& x, const Vector& v, double reach,
+                                std::vector<Approach>& found) const {
+  for (Index i = 0; i < count(); ++i) {
+    const Vector3 place = vertex_block(x, i);
+    for (const SmoothWall& wall : walls_) {
+      const double d = wall.distance(place);
+      if (d > reach) continue;
+      found.push_back({i, area(i), d, -wall.normal(place).dot(vertex_block(v, i))});
+    }
   }
-  return high < barrier.thickness ? barrier.curvature(high) : 0.0;
 }
 
 }  // namespace tetraction

@@ -1,6 +1,7 @@
 // Contact with obstacles whose distance is a smooth function: planes, spheres, cylinders, rooms.
 #pragma once
 
+#include <algorithm>
 #include <memory>
 #include <vector>
 
@@ -22,7 +23,9 @@ class SmoothWall {
   static SmoothWall cylinder(const Vector3& point, const Vector3& axis, double radius, bool inside);
 
   /// d, m.
-  double distance(const Vector3& x) const;
+  double distance(const Vector3& x) const {
+    return is_plane_ ? normal_.dot(x - center_) : sign_ * (arm(x).norm() - radius_);
+  }
   /// ∂d/∂x, of length 1.
   Vector3 normal(const Vector3& x) const;
   /// ∂²d/∂x², 1/m.
@@ -33,6 +36,8 @@ class SmoothWall {
   Matrix3 mean_normal_rate(const Vector3& a, const Vector3& b) const;
   /// The smallest t ≥ 0 at which d(x + t way) = 0, or infinity. d(x) must be positive.
   double first_touch(const Vector3& x, const Vector3& way) const;
+  /// Whether the free side is convex, so that a straight way between two places of it crosses nothing.
+  bool has_convex_side() const { return is_plane_ || sign_ < 0.0; }
 
  private:
   Vector3 arm(const Vector3& x) const { return projection_ * (x - center_); }
@@ -61,26 +66,43 @@ class SmoothContact : public ObstacleContact {
   Index penetrating_vertex(const Vector& x) const override;
   double longest_step(const Vector& x, const Vector& d) const override;
   void clear_way(const Vector& from, Vector& x) const override;
-  void add_support(const Vector& x, SurfaceBlocks& blocks) const override;
+  void add_support(const Vector& x, double reach, SurfaceBlocks& blocks) const override;
   double smallest_gap(const Vector& x) const override;
   void vertex_gaps(const Vector& x, Vector& gaps) const override;
   void contact_points(const Vector& x, std::vector<ContactPoint>& points) const override;
   void mean_contact_points(const Vector& from, const Vector& to,
                            std::vector<ContactPoint>& points) const override;
-  void stiffness_under_pressure(double pressure, Vector& bound) const override;
+  void approaching(const Vector& x, const Vector& v, double reach,
+                   std::vector<Approach>& found) const override;
+
+  /// Whether the free side is convex: a way whose ends do not penetrate crosses nothing.
+  bool has_convex_side() const { return is_convex_; }
+  /// The smallest distance of a place to a wall.
+  double distance(const Vector3& x) const {
+    double least = walls_.front().distance(x);
+    for (std::size_t i = 1; i < walls_.size(); ++i) least = std::min(least, walls_[i].distance(x));
+    return least;
+  }
+  /// function(i, x) for vertex i of the surface at x that is in the layer or penetrates a wall, in ascending order.
+  /// place(i) is its place. Nothing is copied, because most of a surface is usually far away.
+  template <class Place, class Function>
+  void for_each_near(const Place& place, const Function& function) const {
+    for (Index i = 0; i < count(); ++i) {
+      const Vector3 x = place(i);
+      if (!(distance(x) >= barrier_.thickness)) function(i, x);
+    }
+  }
+  /// The energy of vertex i at x, J, and its derivative, N.
+  double vertex_energy(Index i, const Vector3& x) const;
+  Vector3 vertex_gradient(Index i, const Vector3& x) const;
 
  private:
   Index count() const { return static_cast<Index>(areas_.size()); }
   double area(Index v) const { return areas_[static_cast<std::size_t>(v)]; }
-  // The smallest distance of a point to a wall.
-  double distance(const Vector3& x) const;
-
   std::vector<SmoothWall> walls_;
   Barrier barrier_;
   std::vector<double> areas_;
+  bool is_convex_ = true;
 };
-
-/// The stiffness per area of a layer at the pressure p, −dp/dd, Pa/m.
-double layer_stiffness(const Barrier& barrier, double pressure);
 
 }  // namespace tetraction

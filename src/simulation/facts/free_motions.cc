@@ -230,7 +230,7 @@ struct PieceMotions {
 
 PieceMotions motions_of_pieces(const MechanicalSystem& system, const Part& part,
                                const std::vector<Index>& vertices, std::vector<MeshPiece> pieces,
-                               const Vector& x, double time) {
+                               const Vector& x, double time, Contact::Support support) {
   std::vector<AffineSet> sets;
   for (const AffineSet& set : system.coordinates().sets()) {
     if (std::binary_search(vertices.begin(), vertices.end(), set.vertices.front())) {
@@ -248,7 +248,7 @@ PieceMotions motions_of_pieces(const MechanicalSystem& system, const Part& part,
   const Matrix whole = jointed.whole(part.center(), part.size());
   mechanism.joints = jointed.moving_joints(divide_motions(all, whole).mechanism);
   Matrix free = jointed.motions(system.coordinates());
-  const Potentials potentials = potentials_of(system, x, time, Potentials::kWithoutLoads);
+  const Potentials potentials = potentials_of(system, x, time, support, Potentials::kWithoutLoads);
   if (free.cols() > 0 && potentials.any) {
     Matrix fields(x.size(), free.cols());
     Matrix spins(x.size(), free.cols());
@@ -309,9 +309,11 @@ std::string list_text(const std::vector<std::string>& items) {
 
 }  // namespace
 
-FreeMotions find_free_motions(const MechanicalSystem& system, double time) {
+namespace {
+
+FreeMotions motions_at(const MechanicalSystem& system, const Vector& x, double time,
+                       Contact::Support support) {
   constexpr std::size_t kMostParts = 1000;
-  const Vector x = system.mesh().rest_positions();
   const std::vector<std::vector<Index>> parts =
       connected_parts(system.rest(), system.coordinates().sets());
   std::vector<std::vector<MeshPiece>> pieces = pieces_of_parts(system.mesh(), parts);
@@ -322,7 +324,7 @@ FreeMotions find_free_motions(const MechanicalSystem& system, double time) {
     result.is_complete = false;
     return result;
   }
-  const Potentials potentials = potentials_of(system, x, time, Potentials::kAll);
+  const Potentials potentials = potentials_of(system, x, time, support, Potentials::kAll);
   std::vector<Part> bodies;
   bodies.reserve(parts.size());
   std::vector<const Part*> coupled;
@@ -334,7 +336,7 @@ FreeMotions find_free_motions(const MechanicalSystem& system, double time) {
       result.is_complete = false;
     } else if (pieces[k].size() > 1) {
       PieceMotions motions =
-          motions_of_pieces(system, part, parts[k], std::move(pieces[k]), x, time);
+          motions_of_pieces(system, part, parts[k], std::move(pieces[k]), x, time, support);
       if (motions.mechanism.motions > 0) {
         modes = std::move(motions.whole);
         result.mechanisms.push_back(std::move(motions.mechanism));
@@ -354,7 +356,8 @@ FreeMotions find_free_motions(const MechanicalSystem& system, double time) {
     }
   }
   if (coupled.size() > 1) {
-    const Potentials within_parts = potentials_of(system, x, time, Potentials::kWithoutMeans);
+    const Potentials within_parts =
+        potentials_of(system, x, time, support, Potentials::kWithoutMeans);
     if (count_joint_motions(system, potentials, within_parts, coupled) > motions_alone) {
       result.whole.push_back(
           fmt::format("move its parts with the vertices {} and {} against each other, as only the "
@@ -364,6 +367,13 @@ FreeMotions find_free_motions(const MechanicalSystem& system, double time) {
     }
   }
   return result;
+}
+
+}  // namespace
+
+FreeMotions find_free_motions(const MechanicalSystem& system, double time,
+                              Contact::Support support) {
+  return motions_at(system, system.mesh().rest_positions(), time, support);
 }
 
 std::string mechanism_text(const Mechanism& mechanism) {
@@ -394,6 +404,12 @@ std::vector<std::string> texts_of(const FreeMotions& motions) {
 }
 
 }  // namespace
+
+std::vector<std::string> motions_beside_obstacles(const MechanicalSystem& system, const State& at,
+                                                  double time) {
+  if (system.contact() == nullptr) return {};
+  return texts_of(motions_at(system, at.position, time, Contact::Support::kPresent));
+}
 
 std::vector<std::string> free_motions(const MechanicalSystem& system, double time) {
   return texts_of(find_free_motions(system, time));

@@ -5,7 +5,9 @@
 #include <string>
 #include <vector>
 
+#include "tetraction/dynamics/contact/contact.h"
 #include "tetraction/dynamics/mechanical_system.h"
+#include "tetraction/dynamics/state.h"
 
 namespace tetraction {
 
@@ -30,8 +32,14 @@ struct FreeMotions {
 };
 
 /// The free motions of the undeformed body, with the potentials of force terms at `time`. Uniform fields
-/// and dead loads restrain nothing.
-FreeMotions find_free_motions(const MechanicalSystem& system, double time = 0.0);
+/// and dead loads restrain nothing. By default obstacles count as supports that the body may come to touch, as in
+/// an equilibrium.
+FreeMotions find_free_motions(const MechanicalSystem& system, double time = 0.0,
+                              Contact::Support support = Contact::Support::kPossible);
+/// Motions that the body has beside the obstacles that it touches at these positions, in words, or nothing if it is held
+/// or there are no obstacles.
+std::vector<std::string> motions_beside_obstacles(const MechanicalSystem& system, const State& at,
+                                                  double time);
 
 /// The free motions of a mechanism, as the end of the sentence "the body can still …".
 std::string mechanism_text(const Mechanism& mechanism);

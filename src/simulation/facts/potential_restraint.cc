@@ -2,7 +2,6 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include "tetraction/dynamics/contact/contact.h"
 
 namespace tetraction {
 
@@ -13,7 +12,7 @@ bool Potentials::couple(const std::vector<Index>& vertices) const {
 }
 
 Potentials potentials_of(const MechanicalSystem& system, const Vector& x, double time,
-                         Potentials::Kind kind) {
+                         Contact::Support support, Potentials::Kind kind) {
   Potentials result;
   result.gradient = Vector::Zero(system.dof_count());
   result.hessian.reset(system.vertex_count());
@@ -25,7 +24,7 @@ Potentials potentials_of(const MechanicalSystem& system, const Vector& x, double
     HessianBlocks hessian;
     hessian.reset(system.vertex_count());
     if (term == system.contact()) {
-      system.contact()->add_support(at, hessian);
+      system.contact()->add_support(at, support, hessian);
     } else {
       term->add_hessian(at, HessianForm::kExact, hessian);
     }

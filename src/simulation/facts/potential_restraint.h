@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "tetraction/dynamics/contact/contact.h"
 #include "tetraction/dynamics/mechanical_system.h"
 
 namespace tetraction {
@@ -23,7 +24,7 @@ struct Potentials {
 };
 
 Potentials potentials_of(const MechanicalSystem& system, const Vector& x, double time,
-                         Potentials::Kind kind);
+                         Contact::Support support, Potentials::Kind kind);
 
 /// Σ |H v − ω × ∇U|² over the vertices of a part, which are sorted, relative to the size of its terms, for motions with the
 /// velocities v (columns) and angular velocities ω. If a rigid motion does not change a potential, it only

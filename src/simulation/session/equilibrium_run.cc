@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "failure_cause.h"
 #include "failure_place.h"
 #include "run_warnings.h"
 #include "simulation/scene/body_obstacles.h"
@@ -89,6 +90,16 @@ StepFailure EquilibriumRun::fail(const StepOutcome& outcome) {
   now.time_step = loading_->increment();
   now.what = loading_->message(outcome);
   locate(run_, outcome.element, now);
+  const double end = std::min(1.0, now.time + now.time_step);
+  Vector prescribed = run_.state().position;
+  problem_->prescribe(end, prescribed);
+  if (const auto note = obstacle_note(*run_.system, run_.state(), end, prescribed, {}, true)) {
+    now.what += ". " + note->what;
+    now.remedy = note->remedy;
+    run_.progress.message = now.what + ". " + now.remedy;
+    run_.progress.status = RunStatus::kNotConverged;
+    return now;
+  }
   run_.progress.message = now.what + ". Look" + place_of(*run_.system, now) + " first";
   run_.progress.status = RunStatus::kNotConverged;
   return now;

@@ -93,6 +93,15 @@ Diagnosis diagnose_step(const RunData& run, const StepStrategy& strategy,
     take_from_first(system.part(), bad.has_value(), now.what);
   }
   now.remedy = remedy_for(run, now, outcome, strategy.advice(now.stable_step));
+  const double end = now.time + now.time_step;
+  Vector prescribed = state.position;
+  system.constraints().prescribe(end, prescribed);
+  if (auto note = obstacle_note(system, state, end, prescribed, now.attempted_position, false);
+      note && now.cause != FailureCause::kLoads) {
+    now.what = note->what;
+    now.remedy = note->remedy;
+    return {std::move(now), how, false};
+  }
   const bool has_place =
       outcome.status == StepStatus::kInverted || outcome.status == StepStatus::kNotFinite;
   return {std::move(now), how, has_place || outcome.status == StepStatus::kNotConverged};

@@ -8,6 +8,7 @@
 #include <limits>
 #include <utility>
 
+#include "simulation/facts/free_motions.h"
 #include "solver/modes/load_stability.h"
 #include "solver/newton/mixed_newton.h"
 #include "tetraction/core/error.h"
@@ -33,6 +34,8 @@ constexpr int kQuickEnds = 3;
 // So many times a stable equilibrium is looked for where the path of Newton's method has become unstable or
 // ends. Each search may be as long as the whole path.
 constexpr int kSearches = 4;
+// So many attempts at a load step fail before it is asked whether the body lies loose.
+constexpr int kCutsOfLoose = 3;
 
 // The largest change of a coordinate, m.
 double largest_move(const State& from, const State& to) {
@@ -74,6 +77,21 @@ std::optional<LossOfStability> examined(const StaticProblem& problem, const Stat
     loss = LossOfStability{0.0, at.time, is_flutter, rate, is_flutter ? ratio : 0.0, false};
   }
   return loss;
+}
+
+// Says how the body lies loose between the obstacles that it touches. Empty if it does not.
+std::string loose_text(const StaticProblem& problem, const State& at) {
+  std::string motions;
+  for (const std::string& each : motions_beside_obstacles(problem.system(), at, problem.time())) {
+    motions += (motions.empty() ? "" : ", ") + each;
+  }
+  if (motions.empty()) return {};
+  return fmt::format(
+      "the obstacles that the body touches there leave it free to {}, so that it has no definite "
+      "place. Hold it in these directions with [[fix]] or springs, bring it near all obstacles "
+      "that are "
+      "to hold it, or let it come to rest with run and backward-euler",
+      motions);
 }
 
 // The lowest ω² about an equilibrium; infinite if there is no mode.
@@ -133,6 +151,7 @@ StepOutcome LoadStepping::advance(const State& from, State& to) {
   bool cut = false;
   bool unstable = false;
   double last_move = 0.0;  // of the attempt before, with twice the increment; 0: none
+  int cuts_here = 0;
   for (;;) {
     // A last increment that would be mere round-off is added to the one before.
     constexpr double kMerged = 1e-9;
@@ -161,6 +180,15 @@ StepOutcome LoadStepping::advance(const State& from, State& to) {
     }
     if (outcome.ok()) {
       beyond = {to, outcome, stepper_.reactions()};
+    }
+    // Smaller increments do not help a body that lies loose between obstacles.
+    if (++cuts_here >= kCutsOfLoose && from.time > 0.0) {
+      if (const std::string loose = loose_text(stepper_.problem(), from); !loose.empty()) {
+        outcome.status = StepStatus::kNotConverged;
+        outcome.message = loose;
+        outcome.minimizer.iterations = sum_.iterations;
+        return outcome;
+      }
     }
     if (increment_ > kLeast) {
       increment_ = 0.5 * std::min(increment_, 1.0 - from.time);

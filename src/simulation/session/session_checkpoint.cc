@@ -228,7 +228,7 @@ void Session::restore(const Checkpoint& checkpoint) {
   s.run.progress = std::move(own.progress);
   s.run.balance->restore(std::move(own.balance));
   s.run.states.set(own.state);
-  s.run.memory = {std::move(stepper), nullptr, nullptr};
+  s.run.memory = {std::move(stepper), nullptr, nullptr, {}};
   s.run.reactions = std::move(own.reactions);
   s.strategy = make_step_strategy(s.run);
   s.failed_step.reset();

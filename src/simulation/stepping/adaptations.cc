@@ -72,7 +72,9 @@ std::optional<StepCollapse> AdaptiveSteps::follow_limit() {
 StepBounds AdaptiveSteps::bounds() const {
   StepBounds bounds = step_bounds(time(), run_.progress.first_time_step);
   if (follows_limit(time())) {
-    bounds.most = std::min(bounds.most, kStableShare * run_.progress.plan.automatic.critical_step);
+    const double limit = limit_beside_obstacles(run_, run_.progress.plan.automatic.critical_step,
+                                                run_.progress.plan.time_step);
+    bounds.most = std::min(bounds.most, kStableShare * limit);
     bounds.least = std::min(bounds.least, bounds.most);
   }
   return bounds;

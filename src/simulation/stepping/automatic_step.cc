@@ -74,6 +74,13 @@ double AutomaticStep::enter(double critical_step, double cost, Index step, doubl
   return changed;
 }
 
+double AutomaticStep::least_recent() const {
+  const std::size_t known = std::min(memory_.known, AutomaticStepMemory::kRemembered);
+  double least = memory_.critical_step;
+  for (std::size_t i = 0; i < known; ++i) least = std::min(least, memory_.recent[i]);
+  return least;
+}
+
 void AutomaticStep::watch(double change, double scale, Index step) {
   change = std::abs(change);
   if (memory_.largest_change > 0.0 && change > kSuddenGrowth * memory_.largest_change &&

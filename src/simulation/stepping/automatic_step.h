@@ -49,6 +49,8 @@ class AutomaticStep {
 
   /// The limit at the last estimate, s.
   double critical_step() const { return memory_.critical_step; }
+  /// The smallest limit of the last estimates, s.
+  double least_recent() const;
 
  private:
   double changed_step(double time_step);

@@ -60,6 +60,7 @@ class AutomaticSteps final : public StepStrategy {
   };
   Attempt attempt_step(double most_energy_share);
   StepOutcome advance_in_smaller_steps(Attempt last);
+  double step_beside_obstacles(double step);
   AutomaticStep automatic() { return AutomaticStep(plan().automatic); }
   StepPlan& plan() { return run_.progress.plan; }
 };
@@ -76,9 +77,25 @@ void AutomaticSteps::renew(const StabilityLimit& limit, CriticalModes modes) {
   run_.progress.first_time_step = plan().time_step;
 }
 
+// A layer shortens the step at once. When it is free again the step grows back to that of the body alone, by doubling.
+double AutomaticSteps::step_beside_obstacles(double step) {
+  constexpr double kMuch = 1.1;
+  constexpr double kLittle = 0.75;
+  constexpr Index kInterval = 32;
+  if (run_.system->contact() == nullptr) return step;
+  const double body = automatic().least_recent();
+  const double most = AutomaticStep::kShare * limit_beside_obstacles(run_, body, step);
+  if (step > kMuch * most) return most;
+  if (run_.state().step % kInterval == 0 && step < kLittle * most) {
+    return std::min(2.0 * step, most);
+  }
+  return step;
+}
+
 std::optional<StepCollapse> AutomaticSteps::follow_limit() {
-  if (!automatic().is_due(run_.state().step)) return std::nullopt;
-  const double step = enter_estimate(run_);
+  double step = plan().time_step;
+  if (automatic().is_due(run_.state().step)) step = enter_estimate(run_);
+  step = step_beside_obstacles(step);
   if (!(step > kShortest * run_.progress.first_time_step)) {
     return StepCollapse{fmt::format("stability would need steps of {:.3g} s, less than a millionth "
                                     "of the first one: the body is crushed or torn",
@@ -137,7 +154,10 @@ StepOutcome AutomaticSteps::advance_in_smaller_steps(Attempt last) {
   const double step_before = plan().time_step;
   CriticalModes modes;
   const double critical = automatic_limit(run_, timed_limit(run_, run_.state().position, &modes));
-  double step = std::min(0.5 * plan().time_step, AutomaticStep::kShare * critical);
+  run_.memory.impact = {};
+  double step =
+      std::min(0.5 * plan().time_step,
+               AutomaticStep::kShare * limit_beside_obstacles(run_, critical, plan().time_step));
   // The plan of the last attempt whose error fell, and how many came after that.
   StepPlan best = plan();
   int unhelpful = 0;

@@ -1,6 +1,7 @@
 #include "limit_estimates.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <utility>
 
@@ -19,17 +20,6 @@ double damping_limit(const RunData& run) {
   const double rate = vertex_damping_rate(*run.system, run.state().position, run.state().time);
   return rate > 0.0 ? kResolved / (AutomaticStep::kShare * rate)
                     : std::numeric_limits<double>::infinity();
-}
-
-// The limit that an impact on an obstacle sets with the present velocities.
-double impact_limit(const RunData& run, double critical_step) {
-  const MechanicalSystem& system = *run.system;
-  if (system.contact() == nullptr) return critical_step;
-  const State& state = run.state();
-  Vector velocity;
-  system.velocity_of(state.momentum, velocity);
-  return system.contact()->impact_limit(system.force_point(state.position, state.time), velocity,
-                                        largest_impedance(system), critical_step);
 }
 
 }  // namespace
@@ -53,13 +43,30 @@ double present_limit(const RunData& run) {
 }
 
 double automatic_limit(const RunData& run, const StabilityLimit& limit) {
-  return impact_limit(run, std::min(limit.critical_step, damping_limit(run)));
+  return std::min(limit.critical_step, damping_limit(run));
+}
+
+double limit_beside_obstacles(RunData& run, double critical_step, double step) {
+  const MechanicalSystem& system = *run.system;
+  ImpactMemory& memory = run.memory.impact;
+  const State& state = run.state();
+  if (system.contact() == nullptr || !std::isfinite(critical_step)) return critical_step;
+  if (state.time + step < memory.clear_until) return critical_step;
+  if (memory.impedance == 0.0) memory.impedance = largest_impedance(system);
+  Vector velocity;
+  system.velocity_of(state.momentum, velocity);
+  const Contact::ImpactForecast forecast =
+      system.contact()->impact_forecast(system.force_point(state.position, state.time), velocity,
+                                        memory.impedance, critical_step, step);
+  memory.clear_until = state.time + forecast.valid_for;
+  return forecast.limit;
 }
 
 void start_to_follow(RunData& run, double critical_step, CriticalModes modes) {
   AutomaticStep(run.progress.plan.automatic)
       .start(critical_step, std::move(modes), run.state().step);
   run.memory.tracker.reset();
+  run.memory.impact = {};
 }
 
 // Called within a step, whose time must not be counted twice.
@@ -77,8 +84,8 @@ double enter_estimate(RunData& run) {
     cost = tracker->cost();
   }
   run.times.stepping -= run.times.stability - before;
-  return automatic.enter(impact_limit(run, std::min(critical, damping_limit(run))), cost,
-                         run.state().step, run.progress.plan.time_step);
+  return automatic.enter(std::min(critical, damping_limit(run)), cost, run.state().step,
+                         run.progress.plan.time_step);
 }
 
 }  // namespace tetraction

@@ -99,7 +99,7 @@ void accept_step(RunData& run) {
 
 void renew_stepper(RunData& run) {
   auto fresh = make_stepper(run.settings.time.integrator, run.settings.solver, *run.system);
-  run.memory = {std::move(fresh), nullptr, nullptr};
+  run.memory = {std::move(fresh), nullptr, nullptr, {}};
 }
 
 bool is_cancelled_within_step(RunData& run) {

@@ -65,11 +65,18 @@ class PhaseTimer {
   Clock::time_point start_;
 };
 
+/// What the limit of explicit steps beside obstacles needs.
+struct ImpactMemory {
+  double clear_until = -std::numeric_limits<double>::infinity();  // nothing comes near before, s
+  double impedance = 0.0;  // the largest ρc of the body, Pa s/m; 0: not known
+};
+
 /// The objects that remember something of earlier steps. All of it is forgotten at a checkpoint.
 struct StepMemory {
   std::unique_ptr<Stepper> stepper;
   std::unique_ptr<Stepper> whole_stepper;     // of steps that are compared with two halves
   std::unique_ptr<StabilityTracker> tracker;  // made when the limit is first followed
+  ImpactMemory impact;
 };
 
 /// Work space of one step. Its vectors stay from step to step, so that a step need not allocate.

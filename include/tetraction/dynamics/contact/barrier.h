@@ -43,6 +43,10 @@ struct Barrier {
   double mean_slope(double a, double b) const;
   /// The derivative of mean_slope(a, b) with respect to b, Pa/m; zero or positive.
   double mean_slope_rate(double a, double b) const;
+  /// The distance at which U has this value, J/m², or the pressure −U′ has this one, Pa, both zero or more: at
+  /// most d̂, with a relative error of 1e-7.
+  double distance_at_energy(double energy) const;
+  double distance_at_pressure(double pressure) const;
 
  private:
   static double log_of(double r) { return r > 0.5 ? std::log1p(r - 1.0) : std::log(r); }

@@ -1,7 +1,9 @@
 // Contact of a body with rigid obstacles.
 #pragma once
 
+#include <limits>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "tetraction/dynamics/contact/obstacle.h"
@@ -62,15 +64,26 @@ class Contact : public ForceTerm {
   void add_discrete_hessian(const ForcePoint& from, const ForcePoint& to, HessianForm form,
                             bool symmetric, HessianBlocks& hessian) const;
 
-  /// A vertex whose straight way between two states, seen from an obstacle, crosses the obstacle, or −1. Of faces
+  /// A vertex whose straight way between two states, seen from an obstacle, crosses the obstacle. Of faces
   /// and edges that cross it, it may be any vertex of the surface.
-  Index crossing_vertex(const ForcePoint& from, const ForcePoint& to) const;
+  struct Crossing {
+    std::size_t obstacle;
+    Index vertex;
+  };
+  /// The first one, if there is one. With `only`, sorted, all other vertices go with the obstacle.
+  std::optional<Crossing> crossing(const ForcePoint& from, const ForcePoint& to,
+                                   const std::vector<Index>* only = nullptr) const;
   /// Moves vertices of x, the positions at the end of a way that begins at `from`, so that the way crosses no
   /// obstacle. `to` has the time of x. Returns whether anything was moved.
   bool clear_way(const ForcePoint& from, const ForcePoint& to, Vector& x) const;
 
+  /// Which places of the surface obstacles support.
+  enum class Support {
+    kPossible,  ///< all that may touch them, however far away
+    kPresent    ///< those in their layers
+  };
   /// hessian += a stiffness, N/m, in the directions in which obstacles support the surface where it touches them.
-  void add_support(const ForcePoint& at, HessianBlocks& hessian) const;
+  void add_support(const ForcePoint& at, Support support, HessianBlocks& hessian) const;
   /// An estimate of the round-off of the forces' norm in double precision, N: that of the positions, times the
   /// stiffness of the layers.
   double round_off(const ForcePoint& at) const;
@@ -90,14 +103,24 @@ class Contact : public ForceTerm {
     double depth;  ///< m; NaN where the obstacle has no inside
   };
   std::vector<Penetration> penetrations(const ForcePoint& at) const;
-  /// The stability limit of explicit rules, s, for a body that hits the obstacles with its present velocities
-  /// v (3 per vertex, m/s). `critical_step` is the limit of the body alone, and `impedance` ρc, Pa s/m. The
-  /// pressure of the impact of a half-space, p = ρ c v, gives the stiffness k of the layers, and with the mass m of a
-  /// vertex
+  /// What the layers do to explicit steps.
+  struct ImpactForecast {
+    double limit = 0.0;      ///< the stability limit with the layers, s
+    double valid_for = 0.0;  ///< nothing else can come into a layer for this time, s
+  };
+  /// The stability limit of explicit rules for a body with the velocities v (3 per vertex, m/s) that goes on in steps
+  /// of the length `step`, s. `critical_step` is the limit of the body alone, and `impedance` ρc, Pa s/m. Only
+  /// vertices count that are in a layer, or may be after two steps. A vertex of the mass m and the area w that
+  /// comes nearer with the speed s from the distance d presses the layer at most until the layer has its energy, or the
+  /// pressure of the impact of a half-space:
   ///
-  ///     h⁻² = h_body⁻² + k/(4m),   h ≤ d̂/(2v).
-  double impact_limit(const ForcePoint& at, const Vector& v, double impedance,
-                      double critical_step) const;
+  ///     U_b(d₁) = U_b(d) + m s²/(2w),   −U_b′(d₂) = −U_b′(d) + ρ c s.
+  ///
+  /// With the stiffness k = w U_b″ at the smaller one of both distances,
+  ///
+  ///     h⁻² = h_body⁻² + k/(4m),   h ≤ d̂/(kCrossing s).
+  ImpactForecast impact_forecast(const ForcePoint& at, const Vector& v, double impedance,
+                                 double critical_step, double step) const;
 
  private:
   friend class ExplicitFriction;

@@ -1,0 +1,136 @@
+#include "contact_check.h"
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+#include "mesh/bounding_box.h"
+#include "tetraction/dynamics/contact/contact.h"
+
+namespace tetraction {
+namespace {
+
+// Sums of squares.
+struct ErrorSums {
+  double force = 0.0;
+  double force_norm = 0.0;
+  double stiffness = 0.0;
+  double stiffness_norm = 0.0;
+};
+
+class ContactCheck {
+ public:
+  explicit ContactCheck(const MechanicalSystem& system)
+      : system_(system), contact_(*system.contact()), thickness_(contact_.obstacle(0).thickness) {
+    for (std::size_t i = 1; i < contact_.size(); ++i) {
+      thickness_ = std::min(thickness_, contact_.obstacle(i).thickness);
+    }
+  }
+
+  // q moved by a part of `way` to where the first obstacle on it is half of a layer away, or nothing.
+  std::optional<Vector> beside_obstacle(const Vector& q, const Vector3& way) const {
+    constexpr int kHalvings = 200;
+    const Vector all = way.replicate(system_.vertex_count(), 1);
+    const double touch = contact_.longest_step(point(q), all);
+    if (!(touch < 1.0)) return std::nullopt;
+    double low = 0.0;
+    double high = touch;
+    for (int i = 0; i < kHalvings; ++i) {
+      const double middle = 0.5 * (low + high);
+      const Vector x = q + middle * all;
+      const bool is_beyond = contact_.undefined_vertex(point(x)) >= 0;
+      const double gap = is_beyond ? 0.0 : contact_.smallest_gap(point(x));
+      if (gap > 0.4 * thickness_ && gap < 0.6 * thickness_) return x;
+      (gap > 0.5 * thickness_ ? low : high) = middle;
+    }
+    return std::nullopt;
+  }
+
+  void compare(const Vector& x) {
+    constexpr int kDirections = 4;
+    constexpr double kStep = 3e-5;
+    constexpr double kJump = 1e-3;  // of the slope: the second derivative jumps
+    std::uniform_real_distribution<double> number(-1.0, 1.0);
+    Vector here = x;
+    for (double& each : here) each += 0.1 * thickness_ * number(random_);
+    if (contact_.undefined_vertex(point(here)) >= 0) here = x;
+    HessianBlocks hessian;
+    hessian.reset(system_.vertex_count());
+    contact_.add_hessian(point(here), HessianForm::kExact, hessian);
+    const Vector gradient = gradient_at(here);
+    for (int k = 0; k < kDirections; ++k) {
+      Vector direction(here.size());
+      for (double& each : direction) each = number(random_);
+      const Vector high = here + kStep * 0.5 * thickness_ * direction;
+      const Vector low = here - kStep * 0.5 * thickness_ * direction;
+      const Vector above = gradient_at(high);
+      const Vector below = gradient_at(low);
+      const auto product = [&](const Vector& by) {
+        Vector result = Vector::Zero(by.size());
+        hessian.add_product(by, result);
+        return result;
+      };
+      // What the two points really are apart.
+      const Vector whole = product(high - low);
+      double stiffness = (above - below - whole).squaredNorm();
+      const Vector right = above - gradient;
+      const Vector left = gradient - below;
+      const bool jumps = (right - left).norm() > kJump * std::max(right.norm(), left.norm());
+      if (jumps) {
+        stiffness = 4.0 * std::min((right - product(high - here)).squaredNorm(),
+                                   (left - product(here - low)).squaredNorm());
+      }
+      const Vector mean = jumps ? Vector(0.25 * (above + 2.0 * gradient + below)) : gradient;
+      const double expected = mean.dot(high - low);
+      sums_.force +=
+          std::pow(contact_.energy(point(high)) - contact_.energy(point(low)) - expected, 2);
+      sums_.force_norm += expected * expected;
+      sums_.stiffness += stiffness;
+      sums_.stiffness_norm += whole.squaredNorm();
+    }
+    squared_force_ += gradient.squaredNorm();
+  }
+
+  DerivativeErrors errors() const {
+    return {std::sqrt(sums_.force / sums_.force_norm),
+            std::sqrt(sums_.stiffness / sums_.stiffness_norm), std::sqrt(squared_force_), 0};
+  }
+
+ private:
+  ForcePoint point(const Vector& x) const { return system_.force_point(x, 0.0); }
+  Vector gradient_at(const Vector& x) const {
+    Vector gradient = Vector::Zero(x.size());
+    contact_.add_gradient(point(x), gradient);
+    return gradient;
+  }
+
+  const MechanicalSystem& system_;
+  const Contact& contact_;
+  double thickness_;
+  std::mt19937 random_{20060901};
+  ErrorSums sums_;
+  double squared_force_ = 0.0;
+};
+
+}  // namespace
+
+std::optional<DerivativeErrors> check_contact_derivatives(const MechanicalSystem& system,
+                                                          const Vector& q) {
+  constexpr double kReach = 1e3;  // sizes of the body
+  if (system.contact() == nullptr) return std::nullopt;
+  ContactCheck check(system);
+  const double length = kReach * bounding_box(system.mesh()).diagonal();
+  bool any = false;
+  for (const double sign : {-1.0, 1.0}) {
+    for (Index axis = 0; axis < 3; ++axis) {
+      const auto x = check.beside_obstacle(q, sign * length * Vector3::Unit(axis));
+      if (!x) continue;
+      check.compare(*x);
+      any = true;
+    }
+  }
+  if (!any) return std::nullopt;
+  return check.errors();
+}
+
+}  // namespace tetraction
