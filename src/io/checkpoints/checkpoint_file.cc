@@ -33,7 +33,7 @@ namespace fs = std::filesystem;
 // The beginning of a file. It is followed by the size of the numbers, the numbers, and the check sum
 // of everything before it.
 constexpr std::string_view kMagic = "Tetraction checkpoint\n";
-constexpr std::uint32_t kFormat = 6;
+constexpr std::uint32_t kFormat = 7;
 constexpr std::uint32_t kByteOrder = 0x01020304;
 constexpr std::size_t kBeginSize =
     kMagic.size() + sizeof kFormat + sizeof kByteOrder + sizeof(std::uint64_t);
@@ -95,7 +95,11 @@ void require_sensible(const Checkpoint& checkpoint) {
   require(state.velocity.allFinite() && checkpoint.reactions.force.allFinite() &&
               checkpoint.reactions.delay.allFinite() &&
               checkpoint.reactions.configuration_force.allFinite() &&
-              checkpoint.progress.external_force.allFinite(),
+              checkpoint.progress.external_force.allFinite() &&
+              std::ranges::all_of(checkpoint.progress.obstacle_forces,
+                                  [](const ObstacleForce& each) {
+                                    return each.force.allFinite() && each.moment.allFinite();
+                                  }),
           "a velocity or a force is not finite");
   const RunProgress& progress = checkpoint.progress;
   const StepPlan& plan = progress.plan;

@@ -13,6 +13,8 @@ namespace tetraction {
 /// The contact with all [[obstacle]] of the scene; null if there are none. Throws InputError.
 std::shared_ptr<const Contact> make_contact(const Scene& scene, const MechanicalSystem& system);
 
+/// Moves masses of vertices that may touch an obstacle into the body (contact.mass). Throws InputError.
+void move_contact_masses(const Scene& scene, MechanicalSystem& system);
 /// Throws InputError if a vertex penetrates an obstacle at these positions. The message begins with `what` and has the
 /// obstacle, the numbers of some vertices and the depth.
 void refuse_penetration(const MechanicalSystem& system, const Vector& position, double time,
