@@ -23,6 +23,10 @@ Balance::Balance(const MechanicalSystem& system, const State& state) : system_(s
   sums_.angular_scale = sums_.momenta.angular_scale;
 }
 
+void Balance::begin_step() {
+  for (ObstacleImpulse& obstacle : sums_.obstacles) obstacle.in_step = {};
+}
+
 void Balance::enter(const State& state, const StepOutcome& outcome) {
   BalanceSums& s = sums_;
   entering_ = s.energies;
@@ -42,6 +46,8 @@ void Balance::enter(const State& state, const StepOutcome& outcome) {
     const ObstacleForce& impulse = outcome.obstacle_impulses[i];
     s.obstacles[i].linear += impulse.force;
     s.obstacles[i].angular += impulse.moment;
+    s.obstacles[i].in_step.force += impulse.force;
+    s.obstacles[i].in_step.moment += impulse.moment;
     s.obstacles[i].largest_force =
         std::max(s.obstacles[i].largest_force, impulse.force.norm() / outcome.step_size);
   }

@@ -78,10 +78,17 @@ void Body::add_up_masses(const std::vector<BodyRegion>& regions) {
   inverse_mass_ = mass_.cwiseInverse();
   total_mass_ = mass_.sum();
   if (part() != nullptr) {
-    own_masses_ = mass_.head(owned_vertex_count());
-    own_mass_ = own_masses_.sum();
+    kept_masses_ = mass_.head(owned_vertex_count());
+    own_mass_ = kept_masses_.sum();
     total_mass_ = sum_over_parts(part(), own_mass_);
   }
+}
+
+void Body::set_masses(const Vector& mass) {
+  if (!has_moved_masses()) kept_masses_ = mass_;
+  mass_ = mass;
+  inverse_mass_ = mass_.cwiseInverse();
+  total_mass_ = mass_.sum();
 }
 
 void Body::take_nodal_volumes(const std::vector<BodyRegion>& regions) {

@@ -66,10 +66,9 @@ double kinetic_energy(const Body& body, const Vector& momentum) {
 Vector kinetic_energies_by_region(const Body& body, const Vector& momentum) {
   Vector energies = Vector::Zero(body.region_count());
   for (Index e = 0; e < body.rest().element_count(); ++e) {
-    const double mass = body.element_mass(e);
     int a = 0;
     for (const Index v : body.rest().nodes(e)) {
-      energies[body.region(e)] += 0.5 * mass * body.rest().mass_fraction(a++) *
+      energies[body.region(e)] += 0.5 * body.mass_share(e, a++) *
                                   (vertex_block(momentum, v) / body.mass()[v]).squaredNorm();
     }
   }

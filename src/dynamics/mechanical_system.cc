@@ -275,7 +275,9 @@ void MechanicalSystem::set_velocity(State& state, const Vector& velocity) const 
 }
 
 void MechanicalSystem::use_consistent_weights() {
-  weights_ = rest().is_quadratic() ? consistent_weights(*this) : Vector();
+  weights_ = rest().is_quadratic() ? consistent_weights(*this)
+             : has_moved_masses()  ? lumped_masses()
+                                   : Vector();
 }
 
 Vector MechanicalSystem::element_weights(Index e) const {

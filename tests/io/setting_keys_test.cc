@@ -183,6 +183,9 @@ std::vector<Base> bases_of(const SceneSection& section) {
     add_selection(bases, "faces", SelectFaces{Vector3::UnitZ(), 30.0});
   } else if (name == "probe") {
     bases.add("probe.0", [](Scene& s) { return &s.probe[0]; });
+    bases.add(
+        "probe.0", [](Scene& s) { return &s.probe[0]; },
+        [](Scene& s) { s.probe[0] = probe_on("lift", "floor", ProbeQuantity::kContactMoment); });
   } else {
     for (const ScenePart& part : scene_parts()) {
       if (part.section == &section && !part.is_list) bases.add(name, part.add);
@@ -217,6 +220,10 @@ bool can_change(const SceneSection& section, const void* settings, const SceneKe
   // A total is shared out; a vector is not, and the two exclude each other.
   if (name == "share" && std::string(section.name) == "force") {
     return static_cast<const ForceSettings*>(settings)->total.has_value();
+  }
+  // An obstacle has quantities of its own.
+  if (section.type == typeid(ProbeSettings) && name == "quantity") {
+    return static_cast<const ProbeSettings*>(settings)->obstacle.empty();
   }
   if (!key.is_written(settings)) return false;
   // The parameters of a material must be those of its model.

@@ -150,12 +150,29 @@ inline AmplitudeSettings sine(const std::string& name, double frequency, double 
 
 inline ProbeSettings probe_of(const std::string& name, ProbeQuantity quantity,
                               Selection select = SelectAll{}, int every = 1) {
-  return {name, std::move(select), {}, quantity, every, {}};
+  ProbeSettings probe;
+  probe.name = name;
+  probe.select = std::move(select);
+  probe.quantity = quantity;
+  probe.every = every;
+  return probe;
 }
 
 inline ProbeSettings probe_at(const std::string& name, ProbeQuantity quantity, const Vector3& point,
                               int every = 1) {
-  return {name, SelectAll{}, point, quantity, every, {}};
+  ProbeSettings probe = probe_of(name, quantity, SelectAll{}, every);
+  probe.point = point;
+  return probe;
+}
+
+/// The force of an obstacle, or its moment about a point.
+inline ProbeSettings probe_on(const std::string& name, const std::string& obstacle,
+                              ProbeQuantity quantity = ProbeQuantity::kContactForce,
+                              const Vector3& about = Vector3::Zero()) {
+  ProbeSettings probe = probe_of(name, quantity);
+  probe.obstacle = obstacle;
+  probe.about = about;
+  return probe;
 }
 
 /// A load with this vector, of the kind of the list that it is added to.

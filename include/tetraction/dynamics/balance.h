@@ -15,6 +15,7 @@ struct ObstacleImpulse {
   Vector3 linear = Vector3::Zero();   ///< N s
   Vector3 angular = Vector3::Zero();  ///< about the origin, N m s
   double largest_force = 0.0;         ///< the largest mean force of a step, N
+  ObstacleForce in_step;              ///< of the two impulses, since begin_step(), N s and N m s
 };
 
 /// The numbers of a balance as plain data. A balance that continues with them is the same balance.
@@ -62,6 +63,8 @@ class Balance {
   /// Opens the balance at `state`.
   Balance(const MechanicalSystem& system, const State& state);
 
+  /// Begins a step, which may consist of several that are entered.
+  void begin_step();
   /// Enters a successful step. `state` is the state after it. If a force term throws an exception,
   /// nothing has been entered.
   void enter(const State& state, const StepOutcome& outcome);

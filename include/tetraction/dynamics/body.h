@@ -85,11 +85,24 @@ class Body {
   /// The mass of the own vertices of a part, kg; of a whole mesh, that of all.
   double own_mass() const { return part() != nullptr ? own_mass_ : total_mass_; }
   /// The lumped masses of the own vertices of a part, kg; of a whole mesh, those of all.
-  const Vector& own_masses() const { return part() != nullptr ? own_masses_ : mass_; }
+  const Vector& own_masses() const { return part() != nullptr ? kept_masses_ : mass_; }
   /// The mass of element e, kg.
   double element_mass(Index e) const { return density(e) * rest_.volume(e); }
-  /// The share of element e in the mass of its node a, kg (RestState::mass_fraction()).
-  double mass_share(Index e, int a) const { return element_mass(e) * rest_.mass_fraction(a); }
+  /// The share of element e in the mass of its node a, kg (RestState::mass_fraction()). After set_masses() it is larger
+  /// or smaller as the mass of the node is.
+  double mass_share(Index e, int a) const {
+    const double share = element_mass(e) * rest_.mass_fraction(a);
+    if (!has_moved_masses()) return share;
+    const Index v = rest_.nodes(e)[static_cast<std::size_t>(a)];
+    return share * (mass_[v] / kept_masses_[v]);
+  }
+  /// Replaces the lumped masses of the vertices, kg, all above zero, by others with the same sum. Call it before there
+  /// are constraints. Not for a body in parts.
+  void set_masses(const Vector& mass);
+  /// Whether set_masses() has replaced the lumped masses.
+  bool has_moved_masses() const { return part() == nullptr && kept_masses_.size() > 0; }
+  /// The lumped masses of the vertices without set_masses(), kg.
+  const Vector& lumped_masses() const { return has_moved_masses() ? kept_masses_ : mass_; }
   Index vertex_count() const { return mesh_.vertex_count(); }
   /// The whole that the mesh is a part of, where several processes hold the body together (mesh/mesh_part.h);
   /// null otherwise. Masses and assembled fields are then those of the whole body at each vertex of the
@@ -123,7 +136,8 @@ class Body {
   Vector density_;  // per element
   Vector mass_;
   Vector inverse_mass_;
-  Vector own_masses_;  // of a part; empty for a whole mesh
+  Vector
+      kept_masses_;  // of a part, those of its own vertices; otherwise those before set_masses(), or empty
   double total_mass_ = 0.0;
   double own_mass_ = 0.0;  // of a part
 };

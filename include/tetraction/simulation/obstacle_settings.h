@@ -53,4 +53,11 @@ struct ObstacleSettings {
   std::string where{};               ///< place in the scene, for messages
 };
 
+/// What the contact with all obstacles has in common.
+struct ContactSettings {
+  /// The share of their mass that the vertices which may touch an obstacle keep; above 0, at most 1. The rest moves to
+  /// vertices inside the body (dynamics/contact/moved_masses.h).
+  double mass = 1.0;
+};
+
 }  // namespace tetraction

@@ -33,13 +33,16 @@ struct ProbeColumns {
 /// - cauchy_stress, von_mises, jacobian: the mean Σ V_e σ_e / Σ V_e over the tetrahedra that the
 ///   selection selects (select_tetrahedra()), with their rest volumes V_e.
 ///
+/// A probe of an obstacle has its force on the body, or the moment of that force about a point, as the mean over the
+/// last step (Session::obstacle_forces()).
+///
 /// A probe at a point has the values of the tetrahedron that contains the point in the rest
 /// configuration. Displacement, position and velocity are interpolated there linearly.
 class ProbeSet {
  public:
   /// Throws InputError for a selection that selects nothing, a point that is not in the body (with
-  /// its distance from the nearest tetrahedron), names that occur twice or are no names, and a
-  /// quantity that a point cannot have. `system` must live longer.
+  /// its distance from the nearest tetrahedron), names that occur twice or are no names, a
+  /// quantity that a point cannot have, and an obstacle that the system does not have. `system` must live longer.
   ProbeSet(const std::vector<ProbeSettings>& probes, const MechanicalSystem& system);
   ~ProbeSet();
   ProbeSet(const ProbeSet&) = delete;

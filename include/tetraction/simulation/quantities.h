@@ -27,13 +27,15 @@ enum class ProbeQuantity {
   kReaction,
   kCauchyStress,
   kVonMises,
-  kJacobian
+  kJacobian,
+  kContactForce,
+  kContactMoment
 };
 template <>
 struct EnumNames<ProbeQuantity> {
-  static constexpr std::array names{"displacement",  "position",  "velocity",
-                                    "momentum",      "force",     "reaction",
-                                    "cauchy_stress", "von_mises", "jacobian"};
+  static constexpr std::array names{"displacement", "position",      "velocity",      "momentum",
+                                    "force",        "reaction",      "cauchy_stress", "von_mises",
+                                    "jacobian",     "contact_force", "contact_moment"};
 };
 
 enum class ValueShape {
@@ -76,18 +78,20 @@ struct ColorUse {
   std::optional<double> middle{};
 };
 
-/// One row of the table. All values come from of_body or of_vertices, those of one tetrahedron from of_element.
+/// One row of the table. All values come from of_body or of_vertices, those of one tetrahedron from of_element. Probes
+/// of an obstacle have the forces of the session (Session::obstacle_forces()).
 struct Quantity {
   const char* name = "";  ///< of the array of frames
   const char* unit = "";  ///< SI, "" for a pure number
   ValueShape shape = ValueShape::kScalar;
   ValueDomain domain = ValueDomain::kVertices;
   InFrames frames = InFrames::kNamed;
-  std::optional<ProbeQuantity> probe{};  ///< needs of_vertices or of_element
-  bool is_sum = false;       ///< whether a probe is the sum over its vertices, not the mean
-  ColorUse color{};          ///< of scalars, of vectors by their lengths, and of components
-  bool is_integral = false;  ///< flags and numbers of regions
-  bool is_relative = false;  ///< whether the rest positions are subtracted from of_vertices
+  std::optional<ProbeQuantity> probe{};  ///< needs of_vertices or of_element, or is_of_obstacle
+  bool is_sum = false;          ///< whether a probe is the sum over its vertices, not the mean
+  bool is_of_obstacle = false;  ///< whether a probe names an obstacle instead of a place
+  ColorUse color{};             ///< of scalars, of vectors by their lengths, and of components
+  bool is_integral = false;     ///< flags and numbers of regions
+  bool is_relative = false;     ///< whether the rest positions are subtracted from of_vertices
 
   /// A vector for each vertex without a copy; empty where all are zero.
   const Vector& (*of_vertices)(const Session&) = nullptr;
@@ -99,7 +103,7 @@ struct Quantity {
 
 /// All quantities. Those of frames are in the order in which frames have them.
 const std::vector<Quantity>& quantities();
-/// Null if there is none of that name.
+/// Null if there is none of that name with values on the body.
 const Quantity* find_quantity(const std::string& name);
 /// Throws InputError, with the names that there are.
 const Quantity& named_quantity(const std::string& name);

@@ -9,6 +9,7 @@
 
 #include "tetraction/core/enum_names.h"
 #include "tetraction/core/types.h"
+#include "tetraction/dynamics/contact/obstacle.h"
 #include "tetraction/dynamics/problems/minimizer.h"
 #include "tetraction/dynamics/steppers/stability.h"
 
@@ -125,6 +126,7 @@ struct RunProgress {
   InvertedElements inverted;
   std::string passed_center;  ///< note about the last vertex that was near a singular centre
   Vector external_force;      ///< in the last step, N; empty if there is none
+  std::vector<ObstacleForce> obstacle_forces;  ///< in the last step, see Session::obstacle_forces()
   MinimizerReport last_report;
   Index total_iterations = 0;
   Index total_factorizations = 0;

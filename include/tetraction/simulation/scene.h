@@ -401,8 +401,10 @@ struct ProbeSettings {
   Selection select = SelectAll{};  ///< if there is no point
   std::optional<Vector3> point{};  ///< rest coordinates, m
   ProbeQuantity quantity = ProbeQuantity::kDisplacement;
-  int every = 1;        ///< values for every n-th step
-  std::string where{};  ///< place in the scene, for messages
+  int every = 1;                    ///< values for every n-th step
+  std::string where{};              ///< place in the scene, for messages
+  std::string obstacle{};           ///< of forces of contact: the name of the obstacle
+  Vector3 about = Vector3::Zero();  ///< of a moment: the point that it is about, m
 };
 
 /// A selection that other parts of the scene use by its name (SelectNamed).
@@ -420,6 +422,7 @@ struct Scene : LoadLists, ChangeableSections {
   std::vector<FixSettings> fix;
   std::vector<ConstraintSettings> constraint;
   std::vector<ObstacleSettings> obstacle{};
+  ContactSettings contact{};
   /// Further terms that act on the body, see MechanicalSystem::add_force_term(). Only a program can
   /// set them.
   std::vector<std::shared_ptr<const ForceTerm>> force_term{};

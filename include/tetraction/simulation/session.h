@@ -204,6 +204,10 @@ class Session {
   const Vector& reaction_force() const;
   /// Reactions::delay of the same step, N s.
   const Vector& reaction_delay() const;
+  /// The force of each obstacle on the body and its moment about the origin, N and N m, in the order of
+  /// Contact::obstacle(), with friction: its impulses in the last step, divided by the length of the step. Before the
+  /// first step, and in an equilibrium, they are the forces at the present state.
+  const std::vector<ObstacleForce>& obstacle_forces() const;
   /// User forces in the last step, pressure included, or before the first step those of the first (3
   /// per vertex, N).
   Vector external_force() const;

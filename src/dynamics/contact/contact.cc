@@ -135,6 +135,16 @@ const Obstacle& Contact::obstacle(std::size_t i) const {
   return units_.at(i).obstacle;
 }
 
+std::vector<Index> Contact::vertices() const {
+  std::vector<Index> all;
+  for (const Unit& unit : units_) {
+    all.insert(all.end(), unit.surface.vertices.begin(), unit.surface.vertices.end());
+  }
+  std::sort(all.begin(), all.end());
+  all.erase(std::unique(all.begin(), all.end()), all.end());
+  return all;
+}
+
 bool Contact::has_friction() const {
   return std::any_of(units_.begin(), units_.end(),
                      [](const Unit& unit) { return unit.obstacle.friction > 0.0; });

@@ -59,7 +59,7 @@ bool PotentialProblem::element_terms(Index e, const Vector& u, const TermShares*
   const ElementNodes nodes = system_.rest().nodes(e);
   for (int a = 0; a < static_cast<int>(nodes.size()); ++a) {
     const Index v = nodes[static_cast<std::size_t>(a)];
-    const double fraction = mass * system_.rest().mass_fraction(a) / system_.mass()[v];
+    const double fraction = system_.mass_share(e, a) / system_.mass()[v];
     const Vector3 k = vertex_block(coefficient_, v);
     for (Index i = 0; i < 3; ++i) {
       const double r = remainder_[3 * v + i];

@@ -95,7 +95,11 @@ void require_sensible(const Checkpoint& checkpoint) {
   require(state.velocity.allFinite() && checkpoint.reactions.force.allFinite() &&
               checkpoint.reactions.delay.allFinite() &&
               checkpoint.reactions.configuration_force.allFinite() &&
-              checkpoint.progress.external_force.allFinite(),
+              checkpoint.progress.external_force.allFinite() &&
+              std::ranges::all_of(checkpoint.progress.obstacle_forces,
+                                  [](const ObstacleForce& each) {
+                                    return each.force.allFinite() && each.moment.allFinite();
+                                  }),
           "a velocity or a force is not finite");
   const RunProgress& progress = checkpoint.progress;
   const StepPlan& plan = progress.plan;

@@ -37,17 +37,20 @@ void transfer(Archive& archive, T& value) {
                asked_limit, message, met_negative_curvature);
 }
 
+TETRACTION_TRANSFER(ObstacleForce, force, moment)
 template <class Archive, Is<RunProgress> T>
 void transfer(Archive& archive, T& value) {
   auto& [status, message, plan, first_time_step, steps, next_event, edits, warnings, inverted,
-         passed_center, external_force, last_report, total_iterations, total_factorizations,
-         total_cg_iterations, linear_solver, control] = value;
+         passed_center, external_force, obstacle_forces, last_report, total_iterations,
+         total_factorizations, total_cg_iterations, linear_solver, control] = value;
   transfer_enum(archive, status, RunStatus::kCancelled);
   transfer_all(archive, message, plan, first_time_step, steps, next_event);
   transfer_list(archive, edits);
   transfer_list(archive, warnings);
-  transfer_all(archive, inverted, passed_center, external_force, last_report, total_iterations,
-               total_factorizations, total_cg_iterations, linear_solver, control);
+  transfer_all(archive, inverted, passed_center, external_force);
+  transfer_list(archive, obstacle_forces);
+  transfer_all(archive, last_report, total_iterations, total_factorizations, total_cg_iterations,
+               linear_solver, control);
 }
 
 TETRACTION_TRANSFER(State, step, time, position, momentum, velocity)
@@ -73,7 +76,7 @@ void transfer(Archive& archive, T& value) {
   }
 }
 
-TETRACTION_TRANSFER(ObstacleImpulse, linear, angular, largest_force)
+TETRACTION_TRANSFER(ObstacleImpulse, linear, angular, largest_force, in_step)
 template <class Archive, Is<BalanceSums> T>
 void transfer(Archive& archive, T& value) {
   auto& [initial_energies, energies, initial_momenta, momenta, external_work, dissipated_energy,

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <filesystem>
 #include <map>
@@ -132,6 +133,17 @@ void complete_initial(const TomlTable& table, const std::string& folder, Initial
   }
 }
 
+void refuse_two_places(const TomlTable& probe) {
+  constexpr std::array kPlaces{"select", "point", "obstacle"};
+  for (std::size_t b = 1; b < kPlaces.size(); ++b) {
+    for (std::size_t a = 0; a < b; ++a) {
+      if (!probe.has(kPlaces.at(a)) || !probe.has(kPlaces.at(b))) continue;
+      probe.refuse(kPlaces.at(b), one_key_too_many(kPlaces.at(a), kPlaces.at(b),
+                                                   ", and each says where the probe is"));
+    }
+  }
+}
+
 // Reads the table of a section into a scene, and what belongs to it beyond its keys. `folder` is
 // where the scene lies: the paths of files are relative to it.
 void read_part(const TomlTable& table, const ScenePart& part, const std::string& folder,
@@ -139,10 +151,7 @@ void read_part(const TomlTable& table, const ScenePart& part, const std::string&
   const std::string_view name = part.section->name;
   if (name == "amplitude") check_amplitude_kind(table);
   read_settings(table, *part.section, part.add(scene));
-  if (name == "probe" && table.has("select") && table.has("point")) {
-    table.refuse("point",
-                 one_key_too_many("select", "point", ", and each says where the probe is"));
-  }
+  if (name == "probe") refuse_two_places(table);
   if (name == "mesh" && !scene.mesh.file.empty()) {
     scene.mesh.file = (fs::path(folder) / scene.mesh.file).lexically_normal().string();
   } else if (name == "material") {

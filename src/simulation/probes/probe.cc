@@ -2,15 +2,19 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
+#include <optional>
 #include <set>
 #include <utility>
 
 #include "core/quoting.h"
+#include "core/spelling.h"
 #include "point_location.h"
 #include "simulation/scene/setting_keys.h"
 #include "tetraction/core/error.h"
+#include "tetraction/dynamics/contact/contact.h"
 #include "tetraction/simulation/session.h"
 
 namespace tetraction {
@@ -37,6 +41,8 @@ struct ProbeSet::Impl {
     std::vector<double> weights;  // of the nodes of a point's tetrahedron, or of tetrahedra
     std::vector<std::array<double, 4>> coordinates;  // of a point in quadratic tetrahedra
     std::vector<Vector3> positions;                  // of the vertices at rest, if they are needed
+    std::optional<std::size_t> obstacle;             // in place of vertices and tetrahedra
+    Vector3 about = Vector3::Zero();                 // of a moment
   };
 
   const MechanicalSystem& system;
@@ -62,11 +68,34 @@ struct ProbeSet::Impl {
     for (const Index e : place.tetrahedra) place.weights.push_back(mesh.volume(e) / volume);
   }
 
+  // Throws InputError with the names that there are.
+  std::size_t obstacle_of(const ProbeSettings& probe) const {
+    const Contact* contact = system.contact();
+    NameList names;
+    for (std::size_t i = 0; contact != nullptr && i < contact->size(); ++i) {
+      if (contact->obstacle(i).name == probe.obstacle) return i;
+      names.emplace_back(contact->obstacle(i).name);
+    }
+    const std::string_view near = nearest_name(probe.obstacle, names);
+    throw InputError(fmt::format(
+        "the probe {} is of the obstacle {}, but {}.", in_quotes(probe.name),
+        in_quotes(probe.obstacle),
+        names.empty() ? "the scene has no [[obstacle]]"
+                      : fmt::format("{}the scene has {}",
+                                    near.empty() ? "" : fmt::format("did you mean \"{}\"? ", near),
+                                    listing(names))));
+  }
+
   Place place_of(const ProbeSettings& probe) const {
     const TetMesh& mesh = system.mesh();
     Place place;
     const Quantity& quantity = quantity_of(probe.quantity);
     const bool of_tetrahedra = quantity.domain == ValueDomain::kTetrahedra;
+    if (quantity.is_of_obstacle) {
+      place.obstacle = obstacle_of(probe);
+      place.about = probe.about;
+      return place;
+    }
     if (probe.point && of_tetrahedra && mesh.is_quadratic()) {
       for (const PointInMesh& found : locate_all(mesh, *probe.point)) {
         place.tetrahedra.push_back(found.tetrahedron);
@@ -118,7 +147,20 @@ struct ProbeSet::Impl {
     return sum(place.vertices, field, [](std::size_t, const auto& u) -> Vector3 { return u; });
   }
 
+  // The moment about the point p is M − p × F.
+  static Vector3 of_obstacle(const ObstacleForce& total, const Place& place,
+                             ProbeQuantity quantity) {
+    if (quantity == ProbeQuantity::kContactForce) return total.force;
+    return total.moment - place.about.cross(total.force);
+  }
+
   void evaluate(std::size_t probe, const Session& session, double* values) const {
+    if (const Place& place = places[probe]; place.obstacle) {
+      // It is that of the whole body in every part.
+      Eigen::Map<Vector3>{values + probes[probe].first} =
+          of_obstacle(session.obstacle_forces()[*place.obstacle], place, probes[probe].quantity);
+      return;
+    }
     evaluate_part(probe, session, values);
     const ProbeColumns& columns = probes[probe];
     sum_over_parts(system.part(), values + columns.first, static_cast<Index>(columns.size()));

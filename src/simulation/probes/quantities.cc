@@ -140,6 +140,11 @@ Matrix vertex_values(const Quantity& quantity, const BodyFields& fields) {
   return (field - fields.system.mesh().rest_positions()).reshaped(3, count);
 }
 
+// Whether a quantity is one of the body, and not of an obstacle alone.
+bool has_values(const Quantity& quantity) {
+  return quantity.of_vertices != nullptr || quantity.of_body != nullptr;
+}
+
 std::vector<Quantity> all_quantities() {
   using enum ValueShape;
   using enum ValueDomain;
@@ -205,7 +210,15 @@ std::vector<Quantity> all_quantities() {
        .unit = "N",
        .shape = kVector,
        .frames = InFrames::kContact,
+       .probe = P::kContactForce,
+       .is_of_obstacle = true,
        .of_body = contact_forces},
+      {.name = "contact_moment",
+       .unit = "N m",
+       .shape = kVector,
+       .frames = InFrames::kNone,
+       .probe = P::kContactMoment,
+       .is_of_obstacle = true},
       {.name = "gap",
        .unit = "m",
        .frames = InFrames::kContact,
@@ -321,14 +334,18 @@ const std::vector<Quantity>& quantities() {
 }
 
 const Quantity* find_quantity(const std::string& name) {
-  const auto found = std::ranges::find(quantities(), name, &Quantity::name);
+  const auto found = std::ranges::find_if(quantities(), [&](const Quantity& quantity) {
+    return has_values(quantity) && name == quantity.name;
+  });
   return found == quantities().end() ? nullptr : &*found;
 }
 
 const Quantity& named_quantity(const std::string& name) {
   if (const Quantity* found = find_quantity(name)) return *found;
   std::vector<const char*> known;
-  for (const Quantity& quantity : quantities()) known.push_back(quantity.name);
+  for (const Quantity& quantity : quantities()) {
+    if (has_values(quantity)) known.push_back(quantity.name);
+  }
   refuse_name(name, "a quantity", known);
 }
 

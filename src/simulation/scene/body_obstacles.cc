@@ -10,8 +10,10 @@
 
 #include "body_constraints.h"
 #include "body_loads.h"
+#include "setting_keys.h"
 #include "tetraction/core/error.h"
 #include "tetraction/dynamics/contact/contact.h"
+#include "tetraction/dynamics/contact/moved_masses.h"
 
 namespace tetraction {
 namespace {
@@ -207,6 +209,18 @@ std::shared_ptr<const Contact> make_contact(const std::vector<BodyObstacle>& all
     }
   }
   return std::make_shared<const Contact>(system.mesh(), std::move(obstacles), earlier);
+}
+
+void move_contact_masses(const Scene& scene, MechanicalSystem& system) {
+  check_settings(scene.contact);
+  if (scene.contact.mass == 1.0) return;
+  if (system.contact() == nullptr) {
+    throw InputError(fmt::format(
+        "contact.mass = {} is a share of the mass of vertices that may touch an obstacle, but the "
+        "scene has no [[obstacle]]: leave it out.",
+        scene.contact.mass));
+  }
+  system.set_masses(moved_masses(system, system.contact()->vertices(), scene.contact.mass));
 }
 
 void refuse_penetration(const MechanicalSystem& system, const Vector& position, double time,

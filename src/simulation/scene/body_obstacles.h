@@ -29,6 +29,8 @@ void set_obstacle(std::vector<BodyObstacle>& obstacles, std::size_t number,
                   const ObstacleSettings& settings, double time,
                   const std::vector<AmplitudeSettings>& amplitudes, const MechanicalSystem& system);
 
+/// Moves masses of vertices that may touch an obstacle into the body (contact.mass). Throws InputError.
+void move_contact_masses(const Scene& scene, MechanicalSystem& system);
 /// Throws InputError if a vertex penetrates an obstacle at these positions. The message begins with `what` and has the
 /// obstacle, the numbers of some vertices and the depth.
 void refuse_penetration(const MechanicalSystem& system, const Vector& position, double time,

@@ -207,4 +207,17 @@ SceneSection obstacle_section() {
       true);
 }
 
+SceneSection contact_section() {
+  return make_section<ContactSettings>(
+      "contact",
+      {{{.name = "mass",
+         .title = "Mass on contact",
+         .help = "of implicit steps: the share of their mass that the vertices which may "
+                 "touch an obstacle keep; the rest moves to vertices inside",
+         .range = {.least = 0.0, .most = 1.0, .least_itself = false},
+         .in_file = Written::kUnlessDefault,
+         .in_echo = Written::kUnlessDefault},
+        &ContactSettings::mass}});
+}
+
 }  // namespace tetraction

@@ -41,14 +41,46 @@ std::string sum_at_point_conflict(const ProbeSettings& probe) {
       to_string(probe.quantity));
 }
 
-std::string needed_select(const ProbeSettings&, const HasKey& has) {
-  return has("point") ? ""
-                      : "say where the probe is: select = { nearest = [x, y, z] }, any other "
-                        "selection, or point = [x, y, z].";
+bool is_of_obstacle(const ProbeSettings& probe) {
+  return quantity_of(probe.quantity).is_of_obstacle;
 }
 
-bool has_no_point(const ProbeSettings& probe) {
-  return !probe.point.has_value();
+bool has_no_obstacle(const ProbeSettings& probe) {
+  return probe.obstacle.empty();
+}
+
+bool is_moment(const ProbeSettings& probe) {
+  return probe.quantity == ProbeQuantity::kContactMoment;
+}
+
+std::string obstacle_conflict(const ProbeSettings& probe) {
+  if (is_of_obstacle(probe) && probe.obstacle.empty()) {
+    return fmt::format(
+        "= \"{}\" is the force of an obstacle: give its name, obstacle = \"NAME\", in place of a "
+        "selection or a point.",
+        to_string(probe.quantity));
+  }
+  if (is_of_obstacle(probe) || probe.obstacle.empty()) return {};
+  return fmt::format(
+      "= \"{}\" is none of an obstacle: take \"contact_force\" or \"contact_moment\", or leave "
+      "obstacle out.",
+      to_string(probe.quantity));
+}
+
+std::string about_conflict(const ProbeSettings& probe) {
+  if (is_moment(probe) || probe.about.isZero(0.0)) return {};
+  return "is for quantity = \"contact_moment\" only.";
+}
+
+std::string needed_select(const ProbeSettings&, const HasKey& has) {
+  return has("point") || has("obstacle")
+             ? ""
+             : "say where the probe is: select = { nearest = [x, y, z] }, any other "
+               "selection, or point = [x, y, z].";
+}
+
+bool has_selection(const ProbeSettings& probe) {
+  return !probe.point.has_value() && probe.obstacle.empty();
 }
 
 }  // namespace
@@ -106,14 +138,15 @@ SceneSection probe_section() {
        {{.name = "select",
          .help = "the vertices; of stresses and `jacobian` the tetrahedra, as in "
                  "[`[[material_region]]`](#material_region)",
-         .absent = "either this or `point`"},
+         .absent = "either this, `point` or `obstacle`"},
         SelectionValue<S>(),
-        {.used = has_no_point, .needed = needed_select, .written = has_no_point}},
+        {.used = has_selection, .needed = needed_select, .written = has_selection}},
        {{.name = "point",
          .unit = "m",
          .help = "a point of the undeformed body, instead of `select`; not for `momentum`, `force` "
                  "and `reaction`"},
-        &S::point},
+        &S::point,
+        {.used = has_no_obstacle, .written = has_no_obstacle}},
        {{.name = "quantity",
          .help = "what is stored, see below",
          .needed = "what to store, for instance \"displacement\"."},
@@ -123,8 +156,25 @@ SceneSection probe_section() {
          .range = kAtLeastOne,
          .in_file = Written::kUnlessDefault,
          .in_echo = Written::kUnlessDefault},
-        &S::every}},
-      {{{"name"}, name_conflict}, {{"quantity"}, sum_at_point_conflict}});
+        &S::every},
+       {{.name = "obstacle",
+         .help = "of `contact_force` and `contact_moment`, instead of `select`: the name of the "
+                 "[`[[obstacle]]`](#obstacle)",
+         .in_file = Written::kUnlessDefault,
+         .in_echo = Written::kUnlessDefault},
+        &S::obstacle,
+        {.used = is_of_obstacle, .written = is_of_obstacle}},
+       {{.name = "about",
+         .unit = "m",
+         .help = "of `contact_moment`: the point in space that the moment is about",
+         .in_file = Written::kUnlessDefault,
+         .in_echo = Written::kUnlessDefault},
+        &S::about,
+        {.used = is_moment, .written = is_moment}}},
+      {{{"name"}, name_conflict},
+       {{"quantity"}, sum_at_point_conflict},
+       {{"quantity"}, obstacle_conflict},
+       {{"about"}, about_conflict}});
 }
 
 }  // namespace tetraction

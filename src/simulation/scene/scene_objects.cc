@@ -106,6 +106,7 @@ std::unique_ptr<MechanicalSystem> make_system(const Scene& scene, TetMesh mesh) 
   if (may_touch_obstacles(scene)) {
     system->set_contact(make_contact(initial_obstacles(scene, *system), scene.amplitude, *system));
   }
+  move_contact_masses(scene, *system);
   for (const auto& term : scene.force_term) system->add_force_term(term);
   return system;
 }
@@ -253,7 +254,14 @@ std::vector<Index> check_shift(const ShiftSettings& shift, const TetMesh& mesh) 
 void check_solver(Integrator integrator, const SolverSettings& solver,
                   const MechanicalSystem& system) {
   check_settings(solver);
-  if (!is_implicit(integrator)) return;
+  if (!is_implicit(integrator)) {
+    if (!system.has_moved_masses()) return;
+    throw InputError(fmt::format(
+        "contact.mass is for implicit steps, but time.integrator is \"{}\", whose steps would have "
+        "to be as short as light vertices make them: take an implicit integrator, or leave "
+        "contact.mass out.",
+        to_string(integrator)));
+  }
   if (needs_root_finder(integrator) && solver.kind != "newton") {
     throw InputError(
         fmt::format("solver.kind = \"{}\" minimises, but a step of integrator = \"{}\" is no "

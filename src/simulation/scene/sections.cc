@@ -98,8 +98,9 @@ const std::vector<ScenePart>& scene_parts() {
     all.push_back(list(&Scene::constraint));
     all.push_back(list(&Scene::obstacle));
     for (const LoadKind kind : values_of<LoadKind>()) all.push_back(loads(kind));
-    for (const ScenePart& later : {list(&Scene::amplitude), part(&Scene::initial),
-                                   part(&Scene::output), list(&Scene::probe)}) {
+    for (const ScenePart& later :
+         {part(&Scene::contact), list(&Scene::amplitude), part(&Scene::initial),
+          part(&Scene::output), list(&Scene::probe)}) {
       all.push_back(constant(later));
     }
     return all;

@@ -8,7 +8,7 @@
 // clang-format off
 #define TETRACTION_DOCUMENTED_SECTIONS(S)                                                        \
   S(mesh) S(generator) S(copy) S(material) S(material_region) S(time) S(solver) S(environment)           \
-  S(damping) S(pull) S(fix) S(constraint) S(obstacle) S(force) S(moment) S(traction) S(pressure)             \
+  S(damping) S(pull) S(fix) S(constraint) S(obstacle) S(contact) S(force) S(moment) S(traction) S(pressure)             \
   S(body_force) S(amplitude) S(initial) S(momentum) S(event) S(shift) S(output) S(probe)         \
   S(selection) S(plane) S(box) S(sphere) S(faces)
 // clang-format on

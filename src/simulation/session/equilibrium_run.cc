@@ -81,6 +81,7 @@ void EquilibriumRun::enter(const State& at) {
   if (at.step == 0) sums.initial_energies = sums.energies;
   run_.balance->restore(std::move(sums));
   run_.progress.external_force = problem_->applied_force(at.time, at.position);
+  set_obstacle_forces(run_, at);
 }
 
 StepFailure EquilibriumRun::fail(const StepOutcome& outcome) {

@@ -107,6 +107,7 @@ void Session::Impl::begin_motion() {
   strategy->choose_step(run.initial_limit, std::move(modes));
   system.applied_force(position, run.state().time, run.progress.plan.time_step,
                        run.progress.external_force);
+  set_obstacle_forces(run, run.state());
   inversions.update(run, nullptr);
   warn_of_materials(run);
   add_warning(run.progress, step_warning(run, run.initial_limit));
@@ -149,12 +150,14 @@ bool Session::Impl::step() {
   tried.step = -1;  // no attempt has written to it
   progress.control.last_rejected = 0;
   progress.control.last_substeps = 1;
+  run.balance->begin_step();
   const StepOutcome outcome = strategy->advance();
   if (progress.status == RunStatus::kCancelled) return false;
   if (!outcome.ok()) {
     fail(diagnose_step(run, *strategy, outcome, tried));
     return false;
   }
+  enter_obstacle_forces(run);
   inversions.update(run, &outcome.elastic_energy);
   center_note(run);  // keeps what it finds
   if (has_blown_up(run)) {

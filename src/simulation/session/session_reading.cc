@@ -117,6 +117,9 @@ const Vector& Session::reaction_force() const {
 const Vector& Session::reaction_delay() const {
   return impl_->run.reactions.delay;
 }
+const std::vector<ObstacleForce>& Session::obstacle_forces() const {
+  return impl_->run.progress.obstacle_forces;
+}
 int Session::last_iterations() const {
   return impl_->run.progress.last_report.iterations;
 }

@@ -6,7 +6,9 @@
 #include <cmath>
 #include <utility>
 
+#include "simulation/session/contact_point.h"
 #include "step_count.h"
+#include "tetraction/dynamics/contact/contact.h"
 
 namespace tetraction {
 namespace {
@@ -89,6 +91,22 @@ void count_iterations(RunProgress& progress, const MinimizerReport& report) {
   progress.total_factorizations += report.factorizations;
   progress.total_cg_iterations += report.cg_iterations;
   if (!report.linear.empty()) progress.linear_solver = report.linear;
+}
+
+void set_obstacle_forces(RunData& run, const State& at) {
+  const Contact* contact = run.system->contact();
+  if (contact == nullptr) return;
+  run.progress.obstacle_forces =
+      contact->forces(contact_point(*run.system, at, run.analysis == Analysis::kEquilibrium));
+}
+
+void enter_obstacle_forces(RunData& run) {
+  const std::vector<ObstacleImpulse>& impulses = run.balance->sums().obstacles;
+  std::vector<ObstacleForce>& forces = run.progress.obstacle_forces;
+  for (std::size_t i = 0; i < std::min(forces.size(), impulses.size()); ++i) {
+    forces[i].force = impulses[i].in_step.force / run.progress.steps.last;
+    forces[i].moment = impulses[i].in_step.moment / run.progress.steps.last;
+  }
 }
 
 void accept_step(RunData& run) {

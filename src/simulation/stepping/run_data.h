@@ -129,6 +129,10 @@ void set_time_step(RunData& run, double step);
 void enter_length(RunProgress& progress, double length, bool is_cut_short);
 /// Enters what the solver did in a step.
 void count_iterations(RunProgress& progress, const MinimizerReport& report);
+/// Sets progress.obstacle_forces to those at this state.
+void set_obstacle_forces(RunData& run, const State& at);
+/// Sets them to the means over the step that the balance has now.
+void enter_obstacle_forces(RunData& run);
 /// Makes states.other() the present state, with the forces of the step that led to it.
 void accept_step(RunData& run);
 /// Makes a stepper that remembers nothing of earlier steps, and forgets all other memory of them.

@@ -44,6 +44,8 @@ class Contact : public ForceTerm {
   std::size_t size() const;
   const Obstacle& obstacle(std::size_t i) const;
   bool has_friction() const;
+  /// The vertices that may touch an obstacle, ascending.
+  std::vector<Index> vertices() const;
   /// Whether an obstacle moves.
   bool moves() const;
 
