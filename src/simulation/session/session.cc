@@ -12,6 +12,7 @@
 #include "run_warnings.h"
 #include "session_edits.h"
 #include "session_impl.h"
+#include "simulation/scene/body_obstacles.h"
 #include "simulation/scene/initial_state.h"
 #include "simulation/scene/parallel_features.h"
 #include "simulation/stepping/limit_estimates.h"
