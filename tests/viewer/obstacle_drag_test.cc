@@ -23,15 +23,14 @@ class ObstacleDrags : public ::testing::Test {
     scene.obstacle = {sphere_obstacle("ball", {0.9, 1.4, 0.15}, 1.0)};
     return scene;
   }
-  void open(const Scene& scene) { simulation_ = simulation_of(scene); }
-  Vector3 place() const {
-    const Settings settings = simulation_->settings();
-    const BodyObstacle& ball = settings.obstacles.at(0);
-    const ObstacleStart& start = ball.start;
-    const double duration = simulation_->snapshot()->time - start.time;
-    return ball.settings.center + ball.settings.offset + start.frame.shift +
-           duration * ball.settings.velocity;
+  void open(const Scene& scene) {
+    simulation_ = simulation_of(scene);
+    first_point_ = drawn_point();
+    center_ = scene.obstacle.at(0).center;
   }
+  Vector3 drawn_point() const { return simulation_->snapshot()->obstacles->points.at(0); }
+  // Of the center of the ball, where it is drawn.
+  Vector3 place() const { return center_ + drawn_point() - first_point_; }
   double tip_height() const { return simulation_->snapshot()->position.tail<2>()[0]; }
   void run_until(const std::function<bool()>& is_done) {
     const auto patience = std::chrono::steady_clock::now() + std::chrono::seconds(60);
@@ -50,6 +49,7 @@ class ObstacleDrags : public ::testing::Test {
   }
 
   std::unique_ptr<Simulation> simulation_;
+  Vector3 first_point_, center_;
 };
 
 // The ball bends the beam and stops at the goal, and the recording has the same states bit by bit.
