@@ -413,6 +413,7 @@ void apply_edit(RunData& run, std::unique_ptr<StepStrategy>& strategy, const Edi
   } else {
     run.memory.stepper->reset();
   }
+  run.memory.impact = {};
   if (new_strategy) strategy = std::move(new_strategy);
   progress.plan.adaptive = {};
   run.states.switch_to_other();
