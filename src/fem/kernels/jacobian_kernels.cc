@@ -81,11 +81,9 @@ LargestChanges changes(const BatchView& batches, const double* HWY_RESTRICT disp
     Vec sum = hn::Zero(tag);
     for (int k = 0; k < 9; ++k) sum = hn::MulAdd(d.m[k / 3][k % 3], d.m[k / 3][k % 3], sum);
     // The trace of V G, and 1/V.
-    const Vec trace = hn::Add(hn::Load(tag, rest),
-                              hn::Add(hn::Load(tag, rest + 3 * kBatchLanes),
-                                      hn::Load(tag, rest + 5 * kBatchLanes)));
-    const Vec inverse_volume =
-        hn::Mul(hn::Set(tag, 6.0), hn::Load(tag, rest + 6 * kBatchLanes));
+    const Vec trace = hn::Add(hn::Load(tag, rest), hn::Add(hn::Load(tag, rest + 3 * kBatchLanes),
+                                                           hn::Load(tag, rest + 5 * kBatchLanes)));
+    const Vec inverse_volume = hn::Mul(hn::Set(tag, 6.0), hn::Load(tag, rest + 6 * kBatchLanes));
     const Vec slenderness = hn::Mul(trace, inverse_volume);
     const Vec change = hn::Mul(sum, slenderness);
     square = hn::Max(square, change);

@@ -23,8 +23,8 @@ bool way_keeps_volumes(const BatchView& batches, const double* positions,
 /// The largest changes of the deformation gradient F in a block by displacements d of its vertices, in terms of
 /// |d D_m⁻¹| ≤ |d| |D_m⁻¹| with the rest edges D_m and Frobenius norms.
 struct LargestChanges {
-  double square = 0.0;              ///< |d|² |D_m⁻¹|²
-  double square_by_lengths = 0.0;   ///< |d|² |D_m⁻¹|⁴, 1/m²
+  double square = 0.0;             ///< |d|² |D_m⁻¹|²
+  double square_by_lengths = 0.0;  ///< |d|² |D_m⁻¹|⁴, 1/m²
 };
 LargestChanges largest_changes(const BatchView& batches, const double* displacements);
 
