@@ -18,7 +18,7 @@ namespace {
 
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
-TriangleMesh mesh_of(const Triangles& t) {
+TriangleMesh rigid_mesh(const Triangles& t) {
   return TriangleMesh(t.points, t.triangles);
 }
 
@@ -40,7 +40,7 @@ Vector random_vector(std::mt19937& random, Index size, double by) {
 // A cube whose corner and edges stand within the layer of a rough rigid cube.
 struct Corner {
   explicit Corner(double unit = 1.0)
-      : contact(mesh_of(obstacle(unit)), contact_surface(body(unit)), {0.15 * unit, 2e4}),
+      : contact(rigid_mesh(obstacle(unit)), contact_surface(body(unit)), {0.15 * unit, 2e4}),
         x(contact_surface(body(unit)).rest) {}
 
   static Triangles obstacle(double unit) {
@@ -75,7 +75,7 @@ TEST(MeshContact, FlatFloorGivesTheEnergyOfAPlane) {
   move(body, Vector3(1.03, 0.98, 0.0));
   const Barrier barrier{0.1, 1e5};
   const ContactSurface surface = contact_surface(body);
-  const MeshContact contact(mesh_of(floor), surface, barrier);
+  const MeshContact contact(rigid_mesh(floor), surface, barrier);
   for (const double d : {1e-3, 0.02, 0.07, 0.0999}) {
     Vector x = surface.rest;
     double expected = 0.0;
@@ -209,13 +209,13 @@ TEST(MeshContact, PenetrationOfEachKindIsFound) {
   Triangles body = cube_surface(1, 0.5);
   move(body, Vector3(0.9, 0.9, 0.9));
   ContactSurface surface = contact_surface(body);
-  EXPECT_GE(MeshContact(mesh_of(block), surface, barrier).penetrating_vertex(surface.rest), 0);
-  EXPECT_EQ(MeshContact(mesh_of(block), surface, barrier).energy(surface.rest), kInfinite);
+  EXPECT_GE(MeshContact(rigid_mesh(block), surface, barrier).penetrating_vertex(surface.rest), 0);
+  EXPECT_EQ(MeshContact(rigid_mesh(block), surface, barrier).energy(surface.rest), kInfinite);
   // Corners of the obstacle through a face of the body, no vertex of which is near.
   body = cube_surface(1, 10.0);
   move(body, Vector3(-5, -5, 0.99));
   surface = contact_surface(body);
-  EXPECT_GE(MeshContact(mesh_of(block), surface, barrier).penetrating_vertex(surface.rest), 0);
+  EXPECT_GE(MeshContact(rigid_mesh(block), surface, barrier).penetrating_vertex(surface.rest), 0);
   // Edges across edges: no vertex of either is inside the other.
   Triangles turned = cube_surface(1, 1.0);
   const Matrix3 turn = Eigen::AngleAxisd(0.785, Vector3::UnitZ()).toRotationMatrix();
@@ -224,20 +224,20 @@ TEST(MeshContact, PenetrationOfEachKindIsFound) {
     p[2] = 3.0 * (p[2] - 0.5) + 0.5;
   }
   surface = contact_surface(turned);
-  EXPECT_GE(MeshContact(mesh_of(block), surface, barrier).penetrating_vertex(surface.rest), 0);
+  EXPECT_GE(MeshContact(rigid_mesh(block), surface, barrier).penetrating_vertex(surface.rest), 0);
   // A vertex on a face: it touches.
   body = cube_surface(1, 0.5);
   move(body, Vector3(0.2, 0.2, 1.0));
   surface = contact_surface(body);
-  EXPECT_GE(MeshContact(mesh_of(block), surface, barrier).penetrating_vertex(surface.rest), 0);
+  EXPECT_GE(MeshContact(rigid_mesh(block), surface, barrier).penetrating_vertex(surface.rest), 0);
   // Just above, and wholly inside a container.
   move(body, Vector3(0, 0, 1e-9));
   surface = contact_surface(body);
-  EXPECT_EQ(MeshContact(mesh_of(block), surface, barrier).penetrating_vertex(surface.rest), -1);
+  EXPECT_EQ(MeshContact(rigid_mesh(block), surface, barrier).penetrating_vertex(surface.rest), -1);
   body = cube_surface(1, 0.5);
   move(body, Vector3(0.2, 0.2, 0.2));
   surface = contact_surface(body);
-  const MeshContact container(mesh_of(block), surface, {0.25, 1e5});
+  const MeshContact container(rigid_mesh(block), surface, {0.25, 1e5});
   EXPECT_EQ(container.penetrating_vertex(surface.rest), -1);
   EXPECT_TRUE(std::isfinite(container.energy(surface.rest)));
   EXPECT_NEAR(container.smallest_gap(surface.rest), 0.2, 1e-14);
@@ -266,7 +266,7 @@ TEST(MeshContact, NothingCrossesOnTheWaysThatAreAllowed) {
     }
     move(body, Vector3(0.2, 0.3, 1.3));
     const ContactSurface surface = contact_surface(body);
-    const MeshContact contact(mesh_of(obstacle), surface, {0.1, 1e5});
+    const MeshContact contact(rigid_mesh(obstacle), surface, {0.1, 1e5});
     Vector x = surface.rest;
     ASSERT_EQ(contact.penetrating_vertex(x), -1);
     for (int step = 0; step < 4; ++step) {
@@ -296,7 +296,7 @@ TEST(MeshContact, ClearWayChangesLittle) {
   move(body, Vector3(1, 1, 0.05));
   const ContactSurface surface = contact_surface(body);
   const Triangles floor = flat_grid(5, 3.0);
-  const MeshContact contact(mesh_of(floor), surface, {0.1, 1e5});
+  const MeshContact contact(rigid_mesh(floor), surface, {0.1, 1e5});
   const Vector from = surface.rest;
   Vector x = from;
   for (Index i = 0; i < x.size() / 3; ++i) x[3 * i + 2] -= 0.1;
@@ -354,7 +354,7 @@ TEST(MeshContact, KnowsWhatComesNear) {
   Triangles body = cube_surface(2, 1.0);
   move(body, Vector3(1, 1, 0));
   const ContactSurface surface = contact_surface(body);
-  const MeshContact contact(mesh_of(flat_grid(3, 3.0)), surface, barrier);
+  const MeshContact contact(rigid_mesh(flat_grid(3, 3.0)), surface, barrier);
   for (const double d : {0.095, 0.05, 0.01}) {
     Vector x = surface.rest;
     for (Index i = 0; i < x.size() / 3; ++i) x[3 * i + 2] += d;
@@ -394,7 +394,7 @@ TEST(MeshContact, SameBitsForAnyNumberOfThreads) {
   double steps[2];
   for (const int run : {0, 1}) {
     set_thread_count(run == 0 ? 1 : 7);
-    const MeshContact contact(mesh_of(obstacle), surface, {0.1, 1e5});
+    const MeshContact contact(rigid_mesh(obstacle), surface, {0.1, 1e5});
     energies[run] = contact.energy(surface.rest);
     gradients[run] = Vector::Zero(surface.rest.size());
     contact.add_gradient(surface.rest, gradients[run]);
@@ -425,7 +425,7 @@ TEST(MeshContact, CostOfManyVertices) {
                 << " ms\n";
     };
     auto start = now();
-    const MeshContact contact(mesh_of(obstacle), surface, {0.1 / n, 1e5});
+    const MeshContact contact(rigid_mesh(obstacle), surface, {0.1 / n, 1e5});
     std::cout << surface.vertices.size() << " vertices: ";
     report("construction", start);
     start = now();

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 
 #include "support/rules.h"
 #include "support/scene_parts.h"
@@ -39,18 +40,20 @@ ObstacleSettings floor_of_triangles(int n) {
   ObstacleSettings floor;
   floor.name = "floor";
   floor.kind = ObstacleKind::kMesh;
+  MeshShape surface;
   for (int i = 0; i <= n; ++i) {
     for (int j = 0; j <= n; ++j) {
-      floor.points.emplace_back(-2.0 + 4.0 * i / n, -0.05, -2.0 + 4.0 * j / n);
+      surface.points.emplace_back(-2.0 + 4.0 * i / n, -0.05, -2.0 + 4.0 * j / n);
     }
   }
   for (Index i = 0; i < n; ++i) {
     for (Index j = 0; j < n; ++j) {
       const Index a = i * (n + 1) + j;
-      floor.triangles.push_back({a, a + 1, a + n + 2});
-      floor.triangles.push_back({a, a + n + 2, a + n + 1});
+      surface.triangles.push_back({a, a + 1, a + n + 2});
+      surface.triangles.push_back({a, a + n + 2, a + n + 1});
     }
   }
+  floor.surface = std::make_shared<const MeshShape>(std::move(surface));
   return floor;
 }
 
@@ -126,8 +129,10 @@ TEST(MeshObstacle, KeepsACornerOutOfAFace) {
   ObstacleSettings spike;
   spike.name = "spike";
   spike.kind = ObstacleKind::kMesh;
-  spike.points = {{0.11, -0.05, 0.09}, {-0.2, -0.6, -0.2}, {0.4, -0.6, -0.2}, {0.1, -0.6, 0.5}};
-  spike.triangles = {{0, 2, 1}, {0, 3, 2}, {0, 1, 3}, {1, 2, 3}};
+  const MeshShape pyramid{
+      {{0.11, -0.05, 0.09}, {-0.2, -0.6, -0.2}, {0.4, -0.6, -0.2}, {0.1, -0.6, 0.5}},
+      {{0, 2, 1}, {0, 3, 2}, {0, 1, 3}, {1, 2, 3}}};
+  spike.surface = std::make_shared<const MeshShape>(pyramid);
   const DropRun run = run_with(scene, spike);
   EXPECT_GT(run.contact_energy, 1e-4);
   EXPECT_GT(run.smallest_gap, 0.0);
