@@ -281,11 +281,12 @@ std::optional<Contact::Crossing> Contact::crossing(const ForcePoint& from, const
     // The vertex that is nearest to the obstacle where the way ends.
     Vector gaps;
     unit.law->vertex_gaps(start + 0.999 * longest * way, gaps);
-    Index nearest = 0;
+    Index nearest = -1;
     for (Index i = 0; i < gaps.size(); ++i) {
-      const bool moves = only == nullptr || !vertex_block(way, i).isZero(0.0);
-      if (moves && !(gaps[nearest] <= gaps[i])) nearest = i;
+      if (only != nullptr && vertex_block(way, i).isZero(0.0)) continue;
+      if (nearest < 0 || gaps[i] < gaps[nearest]) nearest = i;
     }
+    if (nearest < 0) continue;
     return Crossing{k, unit.surface.vertices[static_cast<std::size_t>(nearest)]};
   }
   return std::nullopt;
