@@ -60,7 +60,7 @@ TEST(MovedMasses, KeepMassCentreAndInertia) {
     // Only the layer above has much more than before.
     for (Index v = 0; v < mesh.vertex_count(); ++v) {
       if (rest[3 * v + 1] < 0.11) continue;
-      EXPECT_NEAR(moved->mass()[v], whole->mass()[v], 0.25 * whole->mass()[v]) << v;
+      EXPECT_NEAR(moved->mass()[v], whole->mass()[v], 0.4 * whole->mass()[v]) << v;
     }
   }
 }

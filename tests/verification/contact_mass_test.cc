@@ -7,6 +7,7 @@
 
 #include "support/obstacles.h"
 #include "support/rules.h"
+#include "tetraction/simulation/probe.h"
 #include "tetraction/solver/normal_modes.h"
 
 namespace tetraction {

@@ -67,7 +67,7 @@ std::string obstacle_conflict(const ProbeSettings& probe) {
       to_string(probe.quantity));
 }
 
-std::string about_conflict(const ProbeSettings& probe) {
+std::string about_without_moment(const ProbeSettings& probe) {
   if (is_moment(probe) || probe.about.isZero(0.0)) return {};
   return "is for quantity = \"contact_moment\" only.";
 }
@@ -79,7 +79,7 @@ std::string needed_select(const ProbeSettings&, const HasKey& has) {
                "selection, or point = [x, y, z].";
 }
 
-bool has_selection(const ProbeSettings& probe) {
+bool needs_selection(const ProbeSettings& probe) {
   return !probe.point.has_value() && probe.obstacle.empty();
 }
 
@@ -140,7 +140,7 @@ SceneSection probe_section() {
                  "[`[[material_region]]`](#material_region)",
          .absent = "either this, `point` or `obstacle`"},
         SelectionValue<S>(),
-        {.used = has_selection, .needed = needed_select, .written = has_selection}},
+        {.used = needs_selection, .needed = needed_select, .written = needs_selection}},
        {{.name = "point",
          .unit = "m",
          .help = "a point of the undeformed body, instead of `select`; not for `momentum`, `force` "
@@ -174,7 +174,7 @@ SceneSection probe_section() {
       {{{"name"}, name_conflict},
        {{"quantity"}, sum_at_point_conflict},
        {{"quantity"}, obstacle_conflict},
-       {{"about"}, about_conflict}});
+       {{"about"}, about_without_moment}});
 }
 
 }  // namespace tetraction
