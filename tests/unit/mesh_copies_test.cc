@@ -24,11 +24,19 @@ TetMesh small_box() {
   return mesh;
 }
 
+MeshPlace mesh_place(const Vector3& at, const Vector3& turn = Vector3::Zero()) {
+  MeshPlace result;
+  result.at = at;
+  result.turn = turn;
+  return result;
+}
+
 TEST(MeshCopies, ArePlacedTurnedAndNumbered) {
   const TetMesh one = small_box();
   const Index n = one.vertex_count();
   const Index m = one.tetrahedron_count();
-  const std::vector<MeshPlace> places{{{5.0, 0.0, 0.0}, {}}, {{0.0, 0.0, 7.0}, {0.0, 0.0, 90.0}}};
+  const std::vector<MeshPlace> places{mesh_place({5.0, 0.0, 0.0}),
+                                      mesh_place({0.0, 0.0, 7.0}, {0.0, 0.0, 90.0})};
   const TetMesh three = with_copies(one, places);
   ASSERT_EQ(three.vertex_count(), 3 * n);
   ASSERT_EQ(three.tetrahedron_count(), 3 * m);
@@ -62,7 +70,7 @@ TEST(MeshCopies, ArePlacedTurnedAndNumbered) {
 TEST(MeshCopies, KeepTheNumbersOfTheFile) {
   TetMesh one = small_box();
   for (Index v = 0; v < one.vertex_count(); ++v) one.vertex_ids.push_back(10 * v + 7);
-  const TetMesh two = with_copies(one, std::vector<MeshPlace>{{{9.0, 0.0, 0.0}, {}}});
+  const TetMesh two = with_copies(one, std::vector{mesh_place({9.0, 0.0, 0.0})});
   const std::int64_t last = one.vertex_ids.back();
   EXPECT_EQ(two.vertex_id(0), 7);
   EXPECT_EQ(two.vertex_id(one.vertex_count()), 7 + last + 1);
@@ -70,7 +78,7 @@ TEST(MeshCopies, KeepTheNumbersOfTheFile) {
 
 TEST(MeshCopies, OfQuadraticTetrahedraKeepTheirEdges) {
   const TetMesh one = with_edge_vertices(generate_box({1.0, 1.0, 1.0}, {1, 1, 1}));
-  const TetMesh two = with_copies(one, std::vector<MeshPlace>{{{2.0, 0.0, 0.0}, {30.0, 0.0, 0.0}}});
+  const TetMesh two = with_copies(one, std::vector{mesh_place({2.0, 0.0, 0.0}, {30.0, 0.0, 0.0})});
   EXPECT_TRUE(two.is_quadratic());
   EXPECT_NEAR(two.total_volume(), 2.0, 1e-12);
 }
@@ -78,7 +86,7 @@ TEST(MeshCopies, OfQuadraticTetrahedraKeepTheirEdges) {
 TEST(MeshCopies, RefuseNamesThatAreTaken) {
   TetMesh one = small_box();
   one.groups.front().name = "body_1";
-  EXPECT_THROW(with_copies(one, std::vector<MeshPlace>{{}}), InputError);
+  EXPECT_THROW(with_copies(one, std::vector{MeshPlace{}}), InputError);
   EXPECT_EQ(with_copies(one, {}).vertex_count(), one.vertex_count());
 }
 
