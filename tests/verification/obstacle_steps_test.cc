@@ -33,7 +33,7 @@ TEST_P(AutomaticStepsOf, DoNotSeeWhatIsFarAway) {
   scene.obstacle.push_back(plane_obstacle("near", {0.0, -0.3, 0.0}));
   const FinishedRun beside(scene);
   EXPECT_EQ(beside.step_number(), alone.step_number());
-  EXPECT_EQ(beside.state().position, alone.state().position);
+  EXPECT_LT((beside.state().position - alone.state().position).norm(), 1e-12);
 }
 
 // Falls at v, with v/c up to a half. The energy error of the impacts is that of the steps in flight, about (h ω)²/8 of
