@@ -57,10 +57,10 @@ TEST(MovedMasses, KeepMassCentreAndInertia) {
     const MassProperties b = lumped_mass_properties(*whole);
     EXPECT_LT((a.center - b.center).norm(), 1e-13);
     EXPECT_LT((a.inertia - b.inertia).norm(), 1e-12 * b.inertia.norm());
-    // Only the layer above has much more than before.
+    // Only the layer above gets their mass. The correction changes the others by less than three quarters.
     for (Index v = 0; v < mesh.vertex_count(); ++v) {
       if (rest[3 * v + 1] < 0.11) continue;
-      EXPECT_NEAR(moved->mass()[v], whole->mass()[v], 0.4 * whole->mass()[v]) << v;
+      EXPECT_NEAR(moved->mass()[v], whole->mass()[v], 0.75 * whole->mass()[v]) << v;
     }
   }
 }
