@@ -1,7 +1,8 @@
 #!/usr/bin/python3
-"""Makes ball_drop.png, gripper.png or pressed_column.png of the gallery: /usr/bin/python3 docs/images/contact.py RUN_DIRECTORY
+"""Makes ball_drop.png, gripper.png, gripped_ball.png or pressed_column.png of the gallery:
+/usr/bin/python3 docs/images/contact.py RUN_DIRECTORY [NAME]
 
-The directory is that of a run of examples/scenes/ball_drop.toml, gripper.toml or pressed_column.toml. The body is drawn at
+The directory is that of a run of the scene with this name. The body is drawn at
 several times side by side, with the planes of the scene where they are then.
 """
 
@@ -21,6 +22,8 @@ PICTURES = {
                   "half": (0.13, 0.12), "zoom": 1.75, "eye": (0.0, 0.3, 1.0)},
     "gripper": {"times": [0.0, 0.3, 0.5, 1.5], "distance": 0.19, "top": 1.5e4, "size": (1000, 420), "half": (0.06, 0.06),
                 "zoom": 1.8, "eye": (0.3, 0.3, 1.0)},
+    "gripped_ball": {"times": [0.0, 0.3, 0.6, 1.3], "distance": 0.36, "top": 4.0e4, "size": (1000, 420), "half": (0.1, 0.1),
+                     "zoom": 1.7, "eye": (0.3, 0.3, 1.0)},
     "pressed_column": {"times": [0.0, 0.5, 1.5], "distance": 0.2, "top": 5.0e5, "size": (1000, 420), "half": (0.075, 0.075),
                        "zoom": 1.8, "eye": (0.3, 0.3, 1.0)},
 }  # fmt: skip
@@ -62,11 +65,11 @@ def plate(scene, obstacle, time, half, middle):
     return actor
 
 
-def main(directory):
+def main(directory, name=None):
     with open(os.path.join(directory, "summary.json"), encoding="utf-8") as file:
         scene = json.load(file)["scene"]
     names = {"floor": "ball_drop", "left": "gripper", "table": "pressed_column"}
-    name = names[scene["obstacle"][0]["name"]]
+    name = name or names[scene["obstacle"][0]["name"]]
     picture = PICTURES[name]
     colours = vtk.vtkColorTransferFunction()  # cool to warm
     colours.SetColorSpaceToDiverging()
@@ -114,6 +117,6 @@ def main(directory):
 
 
 if __name__ == "__main__":
-    if len(sys.argv) != 2:
-        sys.exit("usage: contact.py RUN_DIRECTORY")
-    main(sys.argv[1])
+    if len(sys.argv) not in (2, 3):
+        sys.exit("usage: contact.py RUN_DIRECTORY [NAME]")
+    main(*sys.argv[1:])
