@@ -106,6 +106,7 @@ class EnergyMomentumStepper : public ImplicitStepper {
     outcome.message.clear();
     step_.set_constraint_force({});
     step_.take_hessian_at_middle();
+    guess_residual_.resize(0);
     if (find(from, end_time, outcome) && solve_again(from, outcome)) return true;
     outcome.status = StepStatus::kNotConverged;
     outcome.message = std::string("the equations of the ") +
@@ -255,11 +256,11 @@ class EnergyMomentumStepper : public ImplicitStepper {
   // in proportion. Such a t takes an evaluation of r only, and no direction.
   void balance_energy(MinimizerReport& report, double& share) {
     constexpr double kLargest = 1e-3;  // t
+    Vector& u = solve_.u();
     if (report.limited_by_round_off() || share <= kEnergyShare ||
-        added_.angular_share() > kEnergyShare) {
+        added_.angular_share() > kEnergyShare || guess_residual_.size() != u.size()) {
       return;
     }
-    Vector& u = solve_.u();
     const double energy = added_.energy();
     added_.measure(u, guess_residual_);
     const double t = energy / added_.energy();
@@ -313,8 +314,7 @@ class EnergyMomentumStepper : public ImplicitStepper {
       if (!(gap < kThin * contact->obstacle(i).thickness)) continue;
       return fmt::format(
           "; the gap between body and obstacles is {:.1g} m: the layer of an obstacle is too weak "
-          "for "
-          "this impact, so raise obstacle.stiffness or obstacle.thickness",
+          "for this impact, so raise obstacle.stiffness or obstacle.thickness",
           gap);
     }
     return {};
@@ -426,7 +426,7 @@ class EnergyMomentumStepper : public ImplicitStepper {
   double residual_of_guess_ = 0.0;
   double floor_ = 0.0;  // residuals from which polish() could get no further, relative to round-off
   int steps_with_guess_ = 0;  // since all were compared
-  Vector guess_residual_;
+  Vector guess_residual_;     // at the first guess, if the step began there
   Vector trial_residual_;
   ResidualWork added_;  // by it
 };
