@@ -29,10 +29,8 @@ PreconditionedStrategy::PreconditionedStrategy(const MechanicalSystem& system,
 
 bool PreconditionedStrategy::find(const NewtonSystem& system, MinimizerReport& report,
                                   NewtonDirection& direction) {
-  const MinimizationProblem& problem = system.problem;
-  const Vector& x = system.x;
-  const Vector& gradient = system.gradient;
-  const double forcing = choice_.refined_forcing(system.forcing);
+  const auto& [problem, x, gradient, asked] = system;
+  const double forcing = choice_.refined_forcing(asked);
   direction.curvature = {};
   is_new_ = false;
   cg_.set(problem, x);
