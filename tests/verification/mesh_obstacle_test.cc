@@ -121,6 +121,23 @@ TEST(Obstacle, LetsABodyRestThatItDoesNotTouch) {
   }
 }
 
+// At 300 m/s the block moves by three of its lengths in a step. No rule may find a solution beyond the plate, where the
+// potential of contact is as good as before it.
+TEST_P(FlatMesh, IsNotPassedInOneStep) {
+  Scene scene = falling_block(GetParam(), 2e-3, 0.02);
+  scene.initial.velocity = {0.0, -300.0, 0.0};
+  scene.initial.angular_velocity.setZero();
+  ObstacleSettings plate = floor_of_triangles(2);
+  plate.name = "plate";
+  scene.obstacle = {plate};
+  Session session(scene, mesh_of(scene));
+  session.run();
+  EXPECT_NE(session.status(), RunStatus::kFinished);
+  EXPECT_NE(session.message().find("plate"), std::string::npos) << session.message();
+  const Vector& x = session.state().position;
+  EXPECT_GT(x.reshaped(3, x.size() / 3).row(1).minCoeff(), -0.05);
+}
+
 // The corner of a box that stands on a spike touches no vertex of the body: its own vertices and edges must keep the
 // two apart, and energy-momentum keeps the energy.
 TEST(MeshObstacle, KeepsACornerOutOfAFace) {

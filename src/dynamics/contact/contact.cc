@@ -39,6 +39,19 @@ bool has_same_law(const Obstacle& a, const Obstacle& b) {
          a.surface == b.surface && a.shape == b.shape;
 }
 
+// The part of the way after which something touches; 1 if nothing does. longest_step() may end where a gap is much
+// smaller than at its start, which a step may do: it goes on from there.
+double part_until_touch(const ObstacleContact& law, const Vector& start, const Vector& way) {
+  constexpr int kRounds = 12;  // each of which ends at a tenth of the gap or less
+  double part = 0.0;
+  for (int i = 0; i < kRounds; ++i) {
+    const double step = law.longest_step(start + part * way, (1.0 - part) * way);
+    if (!(step < 1.0)) return 1.0;
+    part += step * (1.0 - part);
+  }
+  return part;
+}
+
 }  // namespace
 
 Vector Contact::Unit::local(const ObstacleFrame& frame, const Vector& x) const {
@@ -276,7 +289,7 @@ std::optional<Contact::Crossing> Contact::crossing(const ForcePoint& from, const
         ++i;
       }
     }
-    const double longest = unit.law->longest_step(start, way);
+    const double longest = part_until_touch(*unit.law, start, way);
     if (!(longest < 1.0)) continue;
     // The vertex that is nearest to the obstacle where the way ends.
     Vector gaps;

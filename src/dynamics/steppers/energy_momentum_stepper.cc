@@ -326,8 +326,24 @@ class EnergyMomentumStepper : public ImplicitStepper {
     to.position = from.position + h * to.velocity;
   }
 
+  // The potential of contact has the same values on both sides of a thin obstacle.
+  bool passes_obstacle(const State& from, const State& to, StepOutcome& outcome) {
+    const Contact* contact = system_.contact();
+    if (contact == nullptr) return false;
+    const auto crossing = contact->crossing(system_.force_point(from.position, from.time),
+                                            system_.force_point(to.position, to.time));
+    if (!crossing) return false;
+    outcome.status = StepStatus::kNotConverged;
+    outcome.message = fmt::format(
+        "the solution that was found passes through the obstacle \"{}\" with vertex {}: take "
+        "smaller steps",
+        contact->obstacle(crossing->obstacle).name, system_.mesh().vertex_id(crossing->vertex));
+    return true;
+  }
+
   bool gather_forces(const State& from, const State& to, double /*h*/,
                      StepOutcome& outcome) override {
+    if (passes_obstacle(from, to, outcome)) return false;
     const ForcePoint start = system_.force_point(from.position, from.time);
     const ForcePoint end = system_.force_point(to.position, to.time);
     if (step_.forces() == StepForces::kDiscrete) {
