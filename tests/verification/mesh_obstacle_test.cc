@@ -130,7 +130,7 @@ TEST_P(FlatMesh, IsNotPassedInOneStep) {
   ObstacleSettings plate = floor_of_triangles(2);
   plate.name = "plate";
   scene.obstacle = {plate};
-  Session session(scene, mesh_of(scene));
+  Session session(scene, generate_box({0.2, 0.2, 0.2}, {3, 3, 3}));
   session.run();
   EXPECT_NE(session.status(), RunStatus::kFinished);
   EXPECT_NE(session.message().find("plate"), std::string::npos) << session.message();
