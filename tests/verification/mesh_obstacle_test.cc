@@ -132,7 +132,8 @@ TEST_P(FlatMesh, IsNotPassedInOneStep) {
   scene.obstacle = {plate};
   Session session(scene, generate_box({0.2, 0.2, 0.2}, {3, 3, 3}));
   session.run();
-  if (GetParam() != Integrator::kBackwardEuler) {  // whose minimum before the plate takes the energy away
+  // The minimum of backward Euler lies before the plate and has lost the energy.
+  if (GetParam() != Integrator::kBackwardEuler) {
     EXPECT_NE(session.status(), RunStatus::kFinished);
     EXPECT_NE(session.message().find("plate"), std::string::npos) << session.message();
   }
