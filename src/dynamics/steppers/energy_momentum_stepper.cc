@@ -14,6 +14,7 @@
 #include "dynamics/problems/solve_to_round_off.h"
 #include "dynamics/terms/term_forces.h"
 #include "implicit_stepper.h"
+#include "residual_work.h"
 #include "rotated_guess.h"
 #include "tetraction/dynamics/body_sums.h"
 #include "tetraction/dynamics/contact/contact.h"
@@ -51,10 +52,12 @@ class EnergyMomentumStepper : public ImplicitStepper {
       : ImplicitStepper(std::move(step), minimizer, finder, 0.5, ConstraintDirection::kMiddle),
         step_(static_cast<DiscreteGradientStep&>(own_problem())),
         equations_(step_),
-        finder_(std::move(finder)) {}
+        finder_(std::move(finder)),
+        added_(step_) {}
 
   bool solve_step(const State& from, double end_time, StepOutcome& outcome) override {
     from_ = &from;
+    added_.begin(from);
     if (system_.coordinates().count() == 0) {  // x is where everything is prescribed to be
       step_.set_origin(step_.base());
       solve_.u().setZero(system_.dof_count());
@@ -103,6 +106,7 @@ class EnergyMomentumStepper : public ImplicitStepper {
     outcome.message.clear();
     step_.set_constraint_force({});
     step_.take_hessian_at_middle();
+    guess_residual_.resize(0);
     if (find(from, end_time, outcome) && solve_again(from, outcome)) return true;
     outcome.status = StepStatus::kNotConverged;
     outcome.message = std::string("the equations of the ") +
@@ -171,8 +175,8 @@ class EnergyMomentumStepper : public ImplicitStepper {
     if (i < 0 || !propose(i, from)) return false;
     step_.set_origin(work_);
     solve_.u().setZero(system_.dof_count());
-    if (!equations_.residual(solve_.u(), trial_residual_).ok()) return false;
-    residual = system_.coordinates().restricted_norm(trial_residual_);
+    if (!equations_.residual(solve_.u(), guess_residual_).ok()) return false;
+    residual = system_.coordinates().restricted_norm(guess_residual_);
     return std::isfinite(residual);
   }
 
@@ -210,14 +214,16 @@ class EnergyMomentumStepper : public ImplicitStepper {
     constexpr int kRounds = 3;
     constexpr double kFloorMargin = 2.0;
     double share = energy_share_of_residual();
-    for (int i = 0; i < kRounds && std::max(share, angular_share_) > kEnergyShare; ++i) {
+    balance_energy(outcome.minimizer, share);
+    for (int i = 0; i < kRounds && std::max(share, added_.angular_share()) > kEnergyShare; ++i) {
       const MinimizerReport reached = outcome.minimizer;
       const double round_off = step_.round_off(solve_.u());
       if (!(reached.asked_limit > 0.0) || reached.limited_by_round_off()) break;
       if (reached.residual <= std::max(1.0, floor_) * round_off) break;
       const Vector u = solve_.u();
-      equations_.set_accuracy(0.3 * reached.residual / reached.asked_limit *
-                              std::min(1.0, kEnergyShare / std::max(share, angular_share_)));
+      equations_.set_accuracy(
+          0.3 * reached.residual / reached.asked_limit *
+          std::min(1.0, kEnergyShare / std::max(share, added_.angular_share())));
       const MinimizerReport report = finder_->find_root(equations_, solve_.u());
       equations_.set_accuracy(1.0);
       MinimizerReport& all = outcome.minimizer;
@@ -243,6 +249,32 @@ class EnergyMomentumStepper : public ImplicitStepper {
     // as exact as it can be, and its residual is counted as limited by round-off.
     if (share <= kLargestEnergyShare) return true;
     return is_exact_enough(share, outcome);
+  }
+
+  // Removes the energy that the residual adds, and keeps its size: a small part t u of the displacement u from the
+  // guess is added to u. With the residual r₀ of the guess that changes the residual by nearly −t r₀, and the energy
+  // in proportion. Such a t takes an evaluation of r only, and no direction.
+  void balance_energy(MinimizerReport& report, double& share) {
+    constexpr double kLargest = 1e-3;  // t
+    Vector& u = solve_.u();
+    if (report.limited_by_round_off() || share <= kEnergyShare ||
+        added_.angular_share() > kEnergyShare || guess_residual_.size() != u.size()) {
+      return;
+    }
+    const double energy = added_.energy();
+    added_.measure(u, guess_residual_);
+    const double t = energy / added_.energy();
+    if (!(std::abs(t) <= kLargest)) return;
+    const Vector before = u;
+    u *= 1.0 + t;
+    const double share_there = energy_share_of_residual();
+    const double residual = system_.coordinates().restricted_norm(trial_residual_);
+    if (share_there < share && residual <= std::max(report.residual, report.asked_limit)) {
+      share = share_there;
+      report.residual = residual;
+    } else {
+      u = before;
+    }
   }
 
   // Where a body squeezes the layer of an obstacle to almost nothing, the layer is so stiff that round-off of
@@ -282,44 +314,19 @@ class EnergyMomentumStepper : public ImplicitStepper {
       if (!(gap < kThin * contact->obstacle(i).thickness)) continue;
       return fmt::format(
           "; the gap between body and obstacles is {:.1g} m: the layer of an obstacle is too weak "
-          "for "
-          "this impact, so raise obstacle.stiffness or obstacle.thickness",
+          "for this impact, so raise obstacle.stiffness or obstacle.thickness",
           gap);
     }
     return {};
   }
 
-  // With p_{k+1} from the forces, the residual adds 2s (Mv − p_k)·M⁻¹r to the energy. The result is
-  // relative to the energies of the step.
+  // Measures the residual at solve_.u(). Returns the share of the energies of the step that it adds to them.
   double energy_share_of_residual() {
-    const Vector& u = solve_.u();
-    if (!equations_.residual(u, trial_residual_).ok()) return 0.0;
-    const FreeCoordinates& free = system_.coordinates();
-    free.project_momentum(system_.mass(), trial_residual_);
-    step_.positions(u, work_);
-    const Vector velocity = (work_ - from_->position) / step_.step();
-    double added = 0.0;
-    double scale = 0.0;
-    Vector3 moment = Vector3::Zero();
-    double moment_scale = 0.0;
-    for (Index v = 0; v < system_.vertex_count(); ++v) {
-      const Vector3 each = vertex_block(velocity, v);
-      const Vector3 before = vertex_block(from_->momentum, v) / system_.mass()[v];
-      added += 2.0 * step_.step() * (each - before).dot(vertex_block(trial_residual_, v));
-      scale += system_.mass()[v] * (each.squaredNorm() + before.squaredNorm());
-      const Vector3 impulse = 2.0 * step_.step() * vertex_block(trial_residual_, v);
-      moment += step_.step() * each.cross(impulse);
-      moment_scale += system_.mass()[v] * Vector3(vertex_block(work_, v)).cross(each).norm();
+    if (!equations_.residual(solve_.u(), trial_residual_).ok()) {
+      return std::numeric_limits<double>::infinity();
     }
-    // Only without constraints the angular momentum is to stay as it is.
-    const bool is_free = system_.constraints().empty() && moment_scale > 0.0;
-    angular_share_ = is_free ? moment.norm() / moment_scale : 0.0;
-    double elastic = 0.0;
-    if (std::abs(added) > kEnergyShare * scale) {
-      work_ = 2.0 * work_ - from_->position;
-      if (system_.elastic_energy(work_, elastic).ok()) scale += std::abs(elastic);
-    }
-    return scale > 0.0 ? std::abs(added) / scale : 0.0;
+    added_.measure(solve_.u(), trial_residual_);
+    return added_.energy_share();
   }
 
   void set_end_position(const State& from, State& to, double h) override {
@@ -434,12 +441,13 @@ class EnergyMomentumStepper : public ImplicitStepper {
   std::shared_ptr<RootFinder> finder_;
   const State* from_ = nullptr;  // of the step in progress
   double work_of_impulses_ = 0.0;
-  double angular_share_ = 0.0;  // that the residual adds to the angular momentum of a free body
-  int best_guess_ = -1;         // of the last step
+  int best_guess_ = -1;  // of the last step
   double residual_of_guess_ = 0.0;
   double floor_ = 0.0;  // residuals from which polish() could get no further, relative to round-off
   int steps_with_guess_ = 0;  // since all were compared
+  Vector guess_residual_;     // at the first guess, if the step began there
   Vector trial_residual_;
+  ResidualWork added_;  // by it
 };
 
 }  // namespace

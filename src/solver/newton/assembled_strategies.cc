@@ -71,8 +71,7 @@ bool FactorStrategy::find_with_kept(const NewtonSystem& system, MinimizerReport&
   constexpr int kFree = 3;
   CgReport cg;
   if (choice_.supports_matrix_free() && single_precision_suffices_) {
-    MatrixFreeCg<float>& free = matrix_free_.single_precision();
-    free.set(system.problem, system.x);
+    MatrixFreeCg<float>& free = matrix_free_.single_precision(system);
     cg = free.solve(system.gradient, system.forcing, kMostWithKeptFactor,
                     matrix().single_precision_factor(), direction.d);
     direction.is_safe = free.step_is_safe();

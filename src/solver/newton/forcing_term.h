@@ -19,8 +19,12 @@ class ForcingTerm {
 
   /// The term for the next system. It is at most 0.1, unless the end of the step needs fewer digits.
   double next(const MinimizerReport& report) const {
-    const double enough = 0.3 * report.residual_limit / report.residual;
-    return std::max(enough, std::min(value_, kLoosest));
+    return std::max(enough(report), std::min(value_, kLoosest));
+  }
+  /// The same for an iteration with the matrix of an earlier one. It reduces the residual about as much as the last
+  /// iteration did, so that a direction of many more digits is of no use.
+  double next_with_earlier_matrix(const MinimizerReport& report) const {
+    return std::max(enough(report), first_of_next_step());
   }
   /// Enters the ratio of the residuals after and before an iteration.
   void enter(double ratio) {
@@ -31,6 +35,10 @@ class ForcingTerm {
   double first_of_next_step() const { return std::clamp(kGamma * ratio_, kTightest, kLoosest); }
 
  private:
+  static double enough(const MinimizerReport& report) {
+    return 0.3 * report.residual_limit / report.residual;
+  }
+
   static constexpr double kLoosest = 0.1;
   static constexpr double kTightest = 1e-4;
   static constexpr double kGamma = 0.5;

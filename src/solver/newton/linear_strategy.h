@@ -9,12 +9,13 @@
 
 namespace tetraction {
 
-/// ∇²Φ(x) d = −∇Φ(x), to be solved to |Tᵀ(∇²Φ d + ∇Φ)| ≤ forcing |Tᵀ∇Φ|.
+/// ∇²Φ(x) d = −∇Φ, to be solved to |Tᵀ(∇²Φ d + ∇Φ)| ≤ forcing |Tᵀ∇Φ|.
 struct NewtonSystem {
   const MinimizationProblem& problem;
   const Vector& x;
-  const Vector& gradient;  ///< ∇Φ(x), 3 per vertex
+  const Vector& gradient;  ///< ∇Φ(x) or another right-hand side, 3 per vertex
   double forcing;
+  bool has_new_matrix = true;  ///< false: ∇²Φ(x) is that of the last system
 };
 
 /// An approximate solution of a NewtonSystem, and what is known about it.

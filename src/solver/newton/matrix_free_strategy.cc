@@ -32,7 +32,7 @@ bool MatrixFreeStrategy::find(const NewtonSystem& system, MinimizerReport& repor
 template <class Cg>
 CgReport MatrixFreeStrategy::solve(Cg& cg, const NewtonSystem& system, int most,
                                    NewtonDirection& direction) {
-  cg.set(system.problem, system.x);
+  linearize(cg, system);
   CgReport exact = cg.solve(system.gradient, system.forcing, most, direction.d);
   if (!exact.negative_curvature) return exact;
   direction.curvature = cg.negative_curvature();
@@ -43,6 +43,7 @@ CgReport MatrixFreeStrategy::solve(Cg& cg, const NewtonSystem& system, int most,
     return exact;
   }
   cg.convexify();
+  leave_matrix();
   CgReport convex = cg.solve(system.gradient, system.forcing, most, direction.d);
   convex.iterations += exact.iterations;
   convex.coarse_spaces += exact.coarse_spaces;
@@ -53,6 +54,7 @@ CgReport MatrixFreeStrategy::solve(Cg& cg, const NewtonSystem& system, int most,
 // precision, too.
 bool MatrixFreeStrategy::is_true(const MinimizationProblem& problem, const Vector& x,
                                  NegativeCurvature& curvature) {
+  leave_matrix();
   double_precision().set(problem, x);
   curvature.curvature = double_precision().curvature(curvature.direction);
   return curvature.curvature < 0.0;
@@ -65,6 +67,7 @@ NegativeCurvature MatrixFreeStrategy::find_negative_curvature(const Minimization
   const int most = std::max(2000, static_cast<int>(choice_.unknowns()));
   const Vector& right = probing_vector(x.size());
   NegativeCurvature curvature;
+  leave_matrix();
   const auto probe = [&](auto& cg) {
     cg.set(problem, x);
     const CgReport done = cg.solve(right, forcing, most, ignored_);

@@ -27,6 +27,7 @@ void NewtonLinearSolver::begin_step(const MinimizationProblem& problem, const Ve
 
 bool NewtonLinearSolver::find(const NewtonSystem& system, MinimizerReport& report,
                               NewtonDirection& direction) {
+  if (system.has_new_matrix) matrix_free_.leave_matrix();
   direction.curvature = {};
   direction.is_safe = direction.is_definite = false;
   if (choice_.begin_iteration(report.residual)) factor_.forget();

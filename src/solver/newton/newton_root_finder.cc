@@ -7,27 +7,14 @@
 
 #include "core/gmres.h"
 #include "dynamics/problems/solve_to_round_off.h"
+#include "factor_gmres.h"
 #include "forcing_term.h"
 #include "line_search.h"
 #include "newton_linear_solver.h"
-#include "solver/linear/assembled_system.h"
 #include "solver_checks.h"
 
 namespace tetraction {
 namespace {
-
-// Applies ∂r/∂u over the free coordinates.
-class Derivative {
- public:
-  void multiply(const RootProblem& problem, const Vector& y, Vector& product) {
-    const FreeCoordinates& coordinates = problem.coordinates();
-    problem.multiply(coordinates.extend(y), full_);
-    product = coordinates.restrict(full_);
-  }
-
- private:
-  Vector full_;  // work space, 3 per vertex
-};
 
 // The iteration. A derived class finds its directions.
 class NewtonRootFinder : public RootFinder {
@@ -64,7 +51,7 @@ class NewtonRootFinder : public RootFinder {
     if (!evaluate(std::as_const(problem), at_)) return false;
     begin(problem);
     report.residual = at_.residual;
-    if (!problem.linearize(u).ok() || !find_direction(problem, kForcing, report)) return false;
+    if (!linearize(problem) || !find_direction(problem, kForcing, report)) return false;
     accept();
     correction = direction_;
     return correction.allFinite();
@@ -77,7 +64,7 @@ class NewtonRootFinder : public RootFinder {
     at_.u = u;
     if (!problem.is_defined(u)) return false;
     begin(problem);
-    if (!problem.linearize(u).ok()) return false;
+    if (!linearize(problem)) return false;
     displacements.resize(forces.rows(), forces.cols());
     for (Index i = 0; i < forces.cols(); ++i) {
       at_.force = -forces.col(i);
@@ -102,8 +89,17 @@ class NewtonRootFinder : public RootFinder {
   // Whether a direction of more digits can be had, after the last one made no progress.
   virtual bool refine() = 0;
   virtual void accept() {}
+  // Linearises the problem at at_.u.
+  virtual bool linearize(RootProblem& problem) { return problem.linearize(at_.u).ok(); }
+  // Takes note of the ratio of the residuals after and before a direction that was asked for with `forcing`. Returns
+  // whether the next direction shall be found with the same derivative.
+  virtual bool enter_reduction(double /*ratio*/, double /*forcing*/) { return false; }
+  // Whether another kind of direction is worth a try after one that made no progress.
+  virtual bool tries_again() { return false; }
   // Whether directions of more digits are asked for in the iteration that goes on.
   bool is_refined() const { return is_refined_; }
+  // Whether a direction is for the iteration, which measures what it is worth.
+  bool is_iterating() const { return is_iterating_; }
 
   Iterate at_;
   Vector direction_;  // 3 per vertex
@@ -116,7 +112,7 @@ class NewtonRootFinder : public RootFinder {
     int slow = 0;
     double refined_from =
         std::numeric_limits<double>::infinity();  // residual of the last refinement
-    is_refined_ = false;
+    is_refined_ = keeps_derivative_ = false;
     while (!is_small_enough(report, first_may_do)) {
       if (report.iterations >= options_.max_iterations) {
         report.termination = Termination::kIterationLimit;
@@ -124,10 +120,15 @@ class NewtonRootFinder : public RootFinder {
       }
       ++report.iterations;
       const double before = report.residual;
-      const bool found = problem.linearize(at_.u).ok() &&
-                         find_direction(problem, forcing.next(report), report) &&
+      const bool keeps = keeps_derivative_;
+      const double few = keeps ? forcing.next_with_earlier_matrix(report) : forcing.next(report);
+      is_iterating_ = true;
+      const bool found = (keeps || linearize(problem)) && find_direction(problem, few, report) &&
                          move_along(problem, report);
+      is_iterating_ = false;
       report.residual = at_.residual;
+      keeps_derivative_ = found && enter_reduction(at_.residual / before, few);
+      if (!found && tries_again()) continue;
       slow = found && is_round_off(problem, at_, before) ? slow + 1 : 0;
       const bool is_at_floor = slow > 0 && at_.residual <= floor_ * problem.round_off(at_.u);
       if (!found || slow >= kSlow || is_at_floor) {
@@ -205,70 +206,8 @@ class NewtonRootFinder : public RootFinder {
   double first_forcing_ = ForcingTerm::kFirst;
   double floor_ = 0.0;  // residuals that were round-off, relative to the estimate
   bool is_refined_ = false;
-};
-
-// Solves (∂r/∂u) d = −r by GMRES with a kept factor as its preconditioner.
-class FactorGmres {
- public:
-  explicit FactorGmres(const MechanicalSystem& system) : matrix_(system) {}
-
-  // direction ≈ −(∂r/∂u)⁻¹ r at a point, to a relative residual of `forcing`.
-  bool find(const RootProblem& problem, const Iterate& at, double forcing, MinimizerReport& report,
-            Vector& direction) {
-    // With a factor of the same matrix GMRES takes a few iterations, one for each unsymmetric part.
-    constexpr int kMany = 20;
-    constexpr int kMost = 200;
-    if (matrix_is_stale_ || !matrix_.has_factor()) {
-      if (!factorize(problem, at, report)) return false;
-    }
-    GmresReport solved =
-        solve(problem, at, forcing, factor_is_old_ ? kMany : kMost, report, direction);
-    if (!solved.converged && factor_is_old_) {
-      if (!factorize(problem, at, report)) return false;
-      solved = solve(problem, at, forcing, kMost, report, direction);
-    }
-    return direction.allFinite() && solved.reduction < 1.0;
-  }
-  // A new factor may give a direction of more digits.
-  bool refine() {
-    if (!factor_is_old_) return false;
-    matrix_is_stale_ = true;
-    return true;
-  }
-  // To be called when the point moves.
-  void move() { factor_is_old_ = true; }
-
- private:
-  bool factorize(const RootProblem& problem, const Iterate& at, MinimizerReport& report) {
-    const MinimizationProblem& approximation = problem.approximation();
-    ++report.factorizations;
-    matrix_is_stale_ = true;
-    if (!matrix_.assemble(approximation, at.u)) return false;
-    if (!matrix_.factorize()) {
-      ++report.factorizations;
-      if (!matrix_.factorize_projected(approximation, at.u)) return false;
-    }
-    matrix_is_stale_ = factor_is_old_ = false;
-    return true;
-  }
-
-  GmresReport solve(const RootProblem& problem, const Iterate& at, double forcing, int most,
-                    MinimizerReport& report, Vector& direction) {
-    const FreeCoordinates& coordinates = problem.coordinates();
-    const GmresReport solved = gmres(
-        -coordinates.restrict(at.force),
-        [&](const Vector& y, Vector& product) { derivative_.multiply(problem, y, product); },
-        [&](const Vector& y, Vector& z) { z = matrix_.back_solve(y); }, forcing, most, free_);
-    report.cg_iterations += solved.iterations;
-    direction = coordinates.extend(free_);
-    return solved;
-  }
-
-  AssembledSystem matrix_;
-  bool matrix_is_stale_ = true;
-  bool factor_is_old_ = false;  // it belongs to another point
-  Vector free_;                 // the direction over the free coordinates
-  Derivative derivative_;
+  bool is_iterating_ = false;
+  bool keeps_derivative_ = false;  // for the next direction of the iteration
 };
 
 class FactorRootFinder : public NewtonRootFinder {
@@ -287,9 +226,11 @@ class FactorRootFinder : public NewtonRootFinder {
   FactorGmres linear_;
 };
 
-// Flexible GMRES with the linear solvers of a minimisation as its preconditioner. Where it needs many
-// iterations, because the Hessian is not close to ∂r/∂u, a factor is cheaper: each iteration then costs a
-// product and a back substitution only.
+// Directions with the linear solvers of a minimisation. In steps that resolve the motion the Hessian H is so close to
+// ∂r/∂u that −H⁻¹r serves as the direction, and that an H serves for all of a step: the simplified Newton method
+// (Deuflhard 2004, section 2.1.1). Where this does not reduce the residual well, directions come from flexible GMRES
+// with H as its preconditioner. Where that needs many iterations, because H is not close to ∂r/∂u, a factor is cheaper:
+// each iteration then costs a product and a back substitution only.
 class KrylovRootFinder : public NewtonRootFinder {
  public:
   KrylovRootFinder(const MechanicalSystem& system, const NewtonOptions& options)
@@ -303,6 +244,7 @@ class KrylovRootFinder : public NewtonRootFinder {
  private:
   void begin(const RootProblem& problem) override {
     linear_.begin_step(problem.approximation(), at_.u);
+    with_gmres_ = 0;
   }
   void end(MinimizerReport& report) override {
     report.linear = with_factor_ > 0 ? "factor" : linear_.name();
@@ -312,14 +254,45 @@ class KrylovRootFinder : public NewtonRootFinder {
   void accept() override {
     if (factor_) factor_->move();
   }
+  bool linearize(RootProblem& problem) override {
+    point_ = at_.u;
+    has_new_matrix_ = true;
+    return NewtonRootFinder::linearize(problem);
+  }
+
+  bool enter_reduction(double ratio, double forcing) override {
+    constexpr double kGood = 0.05;     // so few iterations follow that a new matrix does not pay
+    constexpr double kPoor = 0.3;      // GMRES is faster
+    constexpr double kExpected = 3.0;  // times the forcing term
+    if (ratio > std::max(kPoor, kExpected * forcing)) tries_again();
+    return with_factor_ == 0 && ratio <= std::max(kGood, kExpected * forcing);
+  }
+  // Directions with H alone have not served: those of GMRES may.
+  bool tries_again() override {
+    constexpr int kDirections = 4;  // with GMRES, before H alone is tried again
+    if (was_simple_) with_gmres_ = kDirections;
+    return was_simple_;
+  }
 
   bool find_direction(const RootProblem& problem, double forcing,
                       MinimizerReport& report) override {
     constexpr int kDirections = 50;  // that are found with the factor before it is left again
     constexpr double kFewestUseful = 1e-5;  // of relative residuals: the next iteration gains more
+    was_simple_ = false;
     if (with_factor_ > 0) {
       --with_factor_;
       return factor_->find(problem, at_, forcing, report, direction_);
+    }
+    // In steps that turn or strain the body much the Hessian changes with each iteration and is often
+    // indefinite. A factor then serves one direction only.
+    constexpr int kLastsInStep = 4;  // factors in a step
+    if (report.factorizations > kLastsInStep && !is_refined()) linear_.leave_factor();
+    if (with_gmres_ > 0) {
+      --with_gmres_;
+    } else if (is_iterating() && problem.approximation().has_inertia() &&
+               find_simply(problem, forcing, report)) {
+      was_simple_ = true;
+      return true;
     }
     bool converged = false;
     if (find_without(problem, std::max(forcing, kFewestUseful), report, converged) &&
@@ -332,16 +305,33 @@ class KrylovRootFinder : public NewtonRootFinder {
     return factor_->find(problem, at_, forcing, report, direction_);
   }
 
+  // direction_ ≈ −H⁻¹r. Returns false if H is not positive definite.
+  bool find_simply(const RootProblem& problem, double forcing, MinimizerReport& report) {
+    constexpr double kTightest = 1e-4;
+    MinimizerReport inner;
+    inner.residual = report.residual;
+    const bool found =
+        solve_with_hessian(problem, at_.force, std::clamp(forcing, kTightest, 0.1), inner);
+    report.cg_iterations += inner.cg_iterations;
+    report.factorizations += inner.factorizations;
+    direction_ = preconditioned_.d;
+    return found && !preconditioned_.curvature.found();
+  }
+
+  // preconditioned_ ≈ −H⁻¹ right.
+  bool solve_with_hessian(const RootProblem& problem, const Vector& right, double forcing,
+                          MinimizerReport& report) {
+    const NewtonSystem system{problem.approximation(), point_, right, forcing, has_new_matrix_};
+    has_new_matrix_ = false;
+    return linear_.find(system, report, preconditioned_);
+  }
+
   bool find_without(const RootProblem& problem, double forcing, MinimizerReport& report,
                     bool& converged) {
     // The relative residuals of a solve with the Hessian. More digits take more iterations of GMRES.
     constexpr double kTightest = 1e-3;
     constexpr double kLoosest = 0.05;
     const int most = may_choose_ ? 6 : 40;
-    // In steps that turn or strain the body much the Hessian changes with each iteration and is often
-    // indefinite. A factor then serves one direction only.
-    constexpr int kLastsInStep = 4;  // factors in a step
-    if (report.factorizations > kLastsInStep && !is_refined()) linear_.leave_factor();
     const FreeCoordinates& coordinates = problem.coordinates();
     MinimizerReport inner;
     inner.residual = report.residual;
@@ -353,9 +343,9 @@ class KrylovRootFinder : public NewtonRootFinder {
           // Forces on the vertices whose generalised forces are −y.
           right_ = coordinates.extend(y.cwiseQuotient(reduced_mass_));
           for (Index v = 0; v < mass_.size(); ++v) vertex_block(right_, v) *= -mass_[v];
-          const NewtonSystem system{problem.approximation(), at_.u, right_,
-                                    std::clamp(0.5 * forcing, kTightest, kLoosest)};
-          found = found && linear_.find(system, inner, preconditioned_);
+          found =
+              found && solve_with_hessian(problem, right_,
+                                          std::clamp(0.5 * forcing, kTightest, kLoosest), inner);
           // The solvers take a residual that does not fall for slow progress.
           inner.residual *= 0.1;
           z = found ? restrict_displacement(coordinates, preconditioned_.d) : y;
@@ -379,7 +369,11 @@ class KrylovRootFinder : public NewtonRootFinder {
   NewtonLinearSolver linear_;
   std::unique_ptr<FactorGmres> factor_;
   bool may_choose_;
-  int with_factor_ = 0;  // directions to be found with the factor
+  int with_factor_ = 0;         // directions to be found with the factor
+  int with_gmres_ = 0;          // … and with GMRES, although H might serve alone
+  bool was_simple_ = false;     // whether it has served alone for the last direction
+  Vector point_;                // u of the linearisation
+  bool has_new_matrix_ = true;  // and whether the linear solvers do not know it yet
   const Vector& mass_;
   Vector reduced_mass_;
   Vector free_;  // direction_ over the free coordinates

@@ -29,8 +29,10 @@ PreconditionedStrategy::PreconditionedStrategy(const MechanicalSystem& system,
 
 bool PreconditionedStrategy::find(const NewtonSystem& system, MinimizerReport& report,
                                   NewtonDirection& direction) {
-  const auto& [problem, x, gradient, asked] = system;
-  const double forcing = choice_.refined_forcing(asked);
+  const MinimizationProblem& problem = system.problem;
+  const Vector& x = system.x;
+  const Vector& gradient = system.gradient;
+  const double forcing = choice_.refined_forcing(system.forcing);
   direction.curvature = {};
   is_new_ = false;
   cg_.set(problem, x);
