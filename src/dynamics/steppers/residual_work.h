@@ -28,8 +28,7 @@ class ResidualWork {
   double energy() const { return energy_; }
   /// Its magnitude relative to the energies of the step. The elastic energy is that of the first call in a step.
   double energy_share();
-  /// The magnitude of the angular momentum relative to that of the body, if it is to stay as it is: without
-  /// constraints. Otherwise 0.
+  /// The magnitude of the angular momentum relative to those of the vertices, Σ m |x × v|.
   double angular_share() const { return angular_share_; }
 
  private:
@@ -50,7 +49,6 @@ inline void ResidualWork::measure(const Vector& u, const Vector& residual) {
   system_.coordinates().project_momentum(system_.mass(), projected_);
   step_.positions(u, positions_);
   const double s = step_.step();
-  const bool is_free = system_.constraints().empty();
   double moment_scale = 0.0;
   Vector3 moment = Vector3::Zero();
   energy_ = kinetic_ = 0.0;
@@ -62,7 +60,6 @@ inline void ResidualWork::measure(const Vector& u, const Vector& residual) {
     const Vector3 impulse = 2.0 * s * vertex_block(projected_, v);
     energy_ += (velocity - before).dot(impulse);
     kinetic_ += mass * (velocity.squaredNorm() + before.squaredNorm());
-    if (!is_free) continue;
     moment += s * velocity.cross(impulse);
     moment_scale += mass * x.cross(velocity).norm();
   }
