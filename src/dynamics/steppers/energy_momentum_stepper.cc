@@ -253,11 +253,11 @@ class EnergyMomentumStepper : public ImplicitStepper {
 
   // Removes the energy that the residual adds, and keeps its size: a small part t u of the displacement u from the
   // guess is added to u. With the residual r₀ of the guess that changes the residual by nearly −t r₀, and the energy
-  // in proportion. Such a t takes an evaluation of r only, and no direction.
+  // in proportion. Such a t takes an evaluation of r only. With contact the iterations go on: energy drifts less.
   void balance_energy(MinimizerReport& report, double& share) {
     constexpr double kLargest = 1e-3;  // t
     Vector& u = solve_.u();
-    if (report.limited_by_round_off() || share <= kEnergyShare ||
+    if (system_.contact() != nullptr || report.limited_by_round_off() || share <= kEnergyShare ||
         added_.angular_share() > kEnergyShare || guess_residual_.size() != u.size()) {
       return;
     }

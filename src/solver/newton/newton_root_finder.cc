@@ -129,7 +129,8 @@ class NewtonRootFinder : public RootFinder {
       report.residual = at_.residual;
       keeps_derivative_ = found && enter_reduction(at_.residual / before, few);
       if (!found && tries_again()) continue;
-      slow = found && is_round_off(problem, at_, before) ? slow + 1 : 0;
+      const bool is_slow = found && is_round_off(problem, at_, before);
+      slow = is_slow && !tries_again() ? slow + 1 : 0;
       const bool is_at_floor = slow > 0 && at_.residual <= floor_ * problem.round_off(at_.u);
       if (!found || slow >= kSlow || is_at_floor) {
         slow = 0;
