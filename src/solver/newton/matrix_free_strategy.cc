@@ -23,6 +23,7 @@ bool MatrixFreeStrategy::find(const NewtonSystem& system, MinimizerReport& repor
     // The round-off of single precision is too large. From now on the solver uses double precision.
     single_precision_suffices_ = false;
     single_.reset();
+    leave_matrix();
     failed = solve_in(double_precision());
   }
   choice_.end_iteration(direction.curvature.found(), system.problem.has_inertia());
