@@ -89,6 +89,9 @@ class NewtonRootFinder : public RootFinder {
   // Whether a direction of more digits can be had, after the last one made no progress.
   virtual bool refine() = 0;
   virtual void accept() {}
+  // Begins a direction of the iteration, which measures what directions are worth. More directions may be asked for
+  // to judge its trial points.
+  virtual void begin_direction() {}
   // Linearises the problem at at_.u.
   virtual bool linearize(RootProblem& problem) { return problem.linearize(at_.u).ok(); }
   // Takes note of the ratio of the residuals after and before a direction that was asked for with `forcing`. Returns
@@ -98,8 +101,6 @@ class NewtonRootFinder : public RootFinder {
   virtual bool tries_again() { return false; }
   // Whether directions of more digits are asked for in the iteration that goes on.
   bool is_refined() const { return is_refined_; }
-  // Whether a direction is for the iteration, which measures what it is worth.
-  bool is_iterating() const { return is_iterating_; }
 
   Iterate at_;
   Vector direction_;  // 3 per vertex
@@ -122,16 +123,15 @@ class NewtonRootFinder : public RootFinder {
       const double before = report.residual;
       const bool keeps = keeps_derivative_;
       const double few = keeps ? forcing.next_with_earlier_matrix(report) : forcing.next(report);
-      is_iterating_ = true;
+      begin_direction();
       const bool found = (keeps || linearize(problem)) && find_direction(problem, few, report) &&
                          move_along(problem, report);
-      is_iterating_ = false;
       report.residual = at_.residual;
       keeps_derivative_ = found && enter_reduction(at_.residual / before, few);
       if (!found && tries_again()) continue;
       const bool is_slow = found && is_round_off(problem, at_, before);
-      slow = is_slow && !tries_again() ? slow + 1 : 0;
-      const bool is_at_floor = slow > 0 && at_.residual <= floor_ * problem.round_off(at_.u);
+      const bool is_at_floor = is_slow && at_.residual <= floor_ * problem.round_off(at_.u);
+      slow = is_slow && (is_at_floor || !tries_again()) ? slow + 1 : 0;
       if (!found || slow >= kSlow || is_at_floor) {
         slow = 0;
         // Round-off that a refinement did not lower will not be lowered by another one.
@@ -207,7 +207,6 @@ class NewtonRootFinder : public RootFinder {
   double first_forcing_ = ForcingTerm::kFirst;
   double floor_ = 0.0;  // residuals that were round-off, relative to the estimate
   bool is_refined_ = false;
-  bool is_iterating_ = false;
   bool keeps_derivative_ = false;  // for the next direction of the iteration
 };
 
@@ -246,6 +245,7 @@ class KrylovRootFinder : public NewtonRootFinder {
   void begin(const RootProblem& problem) override {
     linear_.begin_step(problem.approximation(), at_.u);
     with_gmres_ = 0;
+    is_simple_ = false;
   }
   void end(MinimizerReport& report) override {
     report.linear = with_factor_ > 0 ? "factor" : linear_.name();
@@ -254,6 +254,10 @@ class KrylovRootFinder : public NewtonRootFinder {
   bool refine() override { return with_factor_ > 0 ? factor_->refine() : linear_.refine(); }
   void accept() override {
     if (factor_) factor_->move();
+  }
+  void begin_direction() override {
+    is_simple_ = with_gmres_ == 0 && with_factor_ == 0;
+    if (with_gmres_ > 0) --with_gmres_;
   }
   bool linearize(RootProblem& problem) override {
     point_ = at_.u;
@@ -271,15 +275,14 @@ class KrylovRootFinder : public NewtonRootFinder {
   // Directions with H alone have not served: those of GMRES may.
   bool tries_again() override {
     constexpr int kDirections = 4;  // with GMRES, before H alone is tried again
-    if (was_simple_) with_gmres_ = kDirections;
-    return was_simple_;
+    if (is_simple_) with_gmres_ = kDirections;
+    return is_simple_;
   }
 
   bool find_direction(const RootProblem& problem, double forcing,
                       MinimizerReport& report) override {
     constexpr int kDirections = 50;  // that are found with the factor before it is left again
     constexpr double kFewestUseful = 1e-5;  // of relative residuals: the next iteration gains more
-    was_simple_ = false;
     if (with_factor_ > 0) {
       --with_factor_;
       return factor_->find(problem, at_, forcing, report, direction_);
@@ -288,13 +291,9 @@ class KrylovRootFinder : public NewtonRootFinder {
     // indefinite. A factor then serves one direction only.
     constexpr int kLastsInStep = 4;  // factors in a step
     if (report.factorizations > kLastsInStep && !is_refined()) linear_.leave_factor();
-    if (with_gmres_ > 0) {
-      --with_gmres_;
-    } else if (is_iterating() && problem.approximation().has_inertia() &&
-               find_simply(problem, forcing, report)) {
-      was_simple_ = true;
-      return true;
-    }
+    is_simple_ = is_simple_ && problem.approximation().has_inertia() &&
+                 find_simply(problem, forcing, report);
+    if (is_simple_) return true;
     bool converged = false;
     if (find_without(problem, std::max(forcing, kFewestUseful), report, converged) &&
         (converged || !may_choose_)) {
@@ -372,7 +371,7 @@ class KrylovRootFinder : public NewtonRootFinder {
   bool may_choose_;
   int with_factor_ = 0;         // directions to be found with the factor
   int with_gmres_ = 0;          // … and with GMRES, although H might serve alone
-  bool was_simple_ = false;     // whether it has served alone for the last direction
+  bool is_simple_ = false;      // whether H serves alone for the present direction
   Vector point_;                // u of the linearisation
   bool has_new_matrix_ = true;  // and whether the linear solvers do not know it yet
   const Vector& mass_;
