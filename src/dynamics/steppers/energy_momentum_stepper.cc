@@ -14,6 +14,7 @@
 #include "dynamics/problems/solve_to_round_off.h"
 #include "dynamics/terms/term_forces.h"
 #include "implicit_stepper.h"
+#include "notes_on_failures.h"
 #include "residual_work.h"
 #include "rotated_guess.h"
 #include "tetraction/dynamics/body_sums.h"
@@ -113,22 +114,15 @@ class EnergyMomentumStepper : public ImplicitStepper {
                       (step_.forces() == StepForces::kDiscrete ? "energy-momentum" : "midpoint") +
                       " step have no solution near any guess" +
                       (message.empty() ? std::string() : ": " + message) + note_on_limit(from) +
-                      note_on_layer();
+                      note_on_layer(system_, *from_);
     return false;
   }
 
   // A remark for messages where the motion reaches the limit of the stretch of a material.
   std::string note_on_limit(const State& from) {
-    constexpr double kNear = 0.1;
-    const ElasticPotential& elastic = system_.elastic();
-    if (!has_stretch_limit(elastic)) return {};
+    if (!has_stretch_limit(system_.elastic())) return {};
     step_.inertial_guess(work_);
-    const Vector end = 2.0 * work_ - from.position;
-    if (std::min(least_stretch_margin(elastic, from.position), least_stretch_margin(elastic, end)) >
-        kNear)
-      return {};
-    return "; a material comes to the limit of its stretch, where its energy grows like "
-           "-ln(margin) without bound: take a smaller step or another rule";
+    return tetraction::note_on_limit(system_, from.position, 2.0 * work_ - from.position);
   }
 
   // Where every vertex is held, constraints' equations need no forces, but they must be met.
@@ -289,7 +283,7 @@ class EnergyMomentumStepper : public ImplicitStepper {
     outcome.status = StepStatus::kNotConverged;
     outcome.message = fmt::format(
         "the equations cannot be solved exactly enough: the step would add {:.1g} of its energy{}",
-        share, note_on_layer());
+        share, note_on_layer(system_, *from_));
     return false;
   }
 
@@ -302,22 +296,6 @@ class EnergyMomentumStepper : public ImplicitStepper {
     step_.positions(solve_.u(), work_);
     const Vector end = 2.0 * work_ - from_->position;
     return std::isfinite(contact->smallest_gap(step_.end_point(end)));
-  }
-
-  // A remark for messages where a body squeezes the layer of an obstacle.
-  std::string note_on_layer() {
-    constexpr double kThin = 1e-2;
-    const Contact* contact = system_.contact();
-    if (contact == nullptr) return {};
-    const double gap = contact->smallest_gap(system_.force_point(from_->position, from_->time));
-    for (std::size_t i = 0; i < contact->size(); ++i) {
-      if (!(gap < kThin * contact->obstacle(i).thickness)) continue;
-      return fmt::format(
-          "; the gap between body and obstacles is {:.1g} m: the layer of an obstacle is too weak "
-          "for this impact, so raise obstacle.stiffness or obstacle.thickness",
-          gap);
-    }
-    return {};
   }
 
   // Measures the residual at solve_.u(). Returns the share of the energies of the step that it adds to them.
