@@ -8,7 +8,6 @@
 #include <random>
 #include <vector>
 
-#include "core/decompositions.h"
 
 namespace tetraction {
 namespace {
@@ -220,17 +219,6 @@ TEST(PairPotential, DiscreteGradientThroughTheOtherSide) {
   const MeanPair mean = mean_pair(barrier, pair, p, q);
   const double work = mean.gradient[2] * (q(2, 0) - p(2, 0));
   EXPECT_NEAR(work, pair_energy(barrier, pair, q) - pair_energy(barrier, pair, p), 1e-9 * work);
-}
-
-TEST(PairPotential, SemidefiniteMatrixKeepsTheRest) {
-  Matrix a = Matrix::Random(6, 6);
-  a = (a + a.transpose()).eval();
-  const SymmetricEigen before = symmetric_eigen(a);
-  make_semidefinite(a);
-  const SymmetricEigen after = symmetric_eigen(a);
-  ASSERT_LT(before.values[0], -0.1);
-  EXPECT_GT(after.values[0], -1e-14);
-  EXPECT_NEAR(after.values[5], before.values[5], 1e-13);
 }
 
 }  // namespace

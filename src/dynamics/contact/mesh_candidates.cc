@@ -3,47 +3,16 @@
 #include <algorithm>
 #include <utility>
 
-#include "tetraction/core/parallel.h"
+#include "surface_loops.h"
 
 namespace tetraction {
-namespace {
-
-constexpr Index kItemsOfPiece = 256;
-
-// The pairs (i, j) of items i and what `find` appends for them, in the order of i.
-template <class Function>
-std::vector<std::array<Index, 2>> gather_pairs(Index count, const Function& find) {
-  const Index pieces = (count + kItemsOfPiece - 1) / kItemsOfPiece;
-  std::vector<std::vector<std::array<Index, 2>>> parts(static_cast<std::size_t>(pieces));
-  parallel_for(pieces, 1, [&](Index begin, Index end) {
-    std::vector<Index> found;
-    for (Index piece = begin; piece < end; ++piece) {
-      const Index last = std::min(count, (piece + 1) * kItemsOfPiece);
-      for (Index i = piece * kItemsOfPiece; i < last; ++i) {
-        found.clear();
-        find(i, found);
-        for (const Index j : found) parts[static_cast<std::size_t>(piece)].push_back({i, j});
-      }
-    }
-  });
-  std::vector<std::array<Index, 2>> pairs;
-  for (const auto& part : parts) pairs.insert(pairs.end(), part.begin(), part.end());
-  return pairs;
-}
-
-}  // namespace
 
 MeshCandidates find_candidates(const TriangleMesh& mesh, const ContactSurface& surface,
                                const Vector& from, const Vector& to, double reach,
                                MeshFeatures features) {
   MeshCandidates candidates;
   const auto box_of = [&](std::span<const Index> corners) {
-    Box box;
-    for (const Index i : corners) {
-      box.add(vertex_block(from, i));
-      box.add(vertex_block(to, i));
-    }
-    return box.widened(reach);
+    return box_of_ways(corners, from, to).widened(reach);
   };
   const bool sharp = features == MeshFeatures::kSharp;
   const auto vertex_triangles =

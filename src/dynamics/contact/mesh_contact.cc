@@ -6,8 +6,9 @@
 #include <numeric>
 #include <utility>
 
-#include "core/decompositions.h"
+#include "surface_loops.h"
 #include "tetraction/core/parallel.h"
+#include "tetraction/core/positive_semidefinite.h"
 
 namespace tetraction {
 namespace {
@@ -20,10 +21,6 @@ std::size_t slot(Index i) {
   return static_cast<std::size_t>(i);
 }
 
-bool same_numbers(const Vector& a, const Vector& b) {
-  return a.size() == b.size() && (a.array() == b.array()).all();
-}
-
 }  // namespace
 
 MeshContact::MeshContact(TriangleMesh mesh, ContactSurface surface, const Barrier& barrier)
@@ -32,44 +29,36 @@ MeshContact::MeshContact(TriangleMesh mesh, ContactSurface surface, const Barrie
   mean_area_ = total / static_cast<double>(std::max<std::size_t>(1, surface_.areas.size()));
 }
 
-PairPoints MeshContact::MovingPair::points(const Vector& x) const {
-  PairPoints p = rest_of_it;
-  for (int k = 0; k < count; ++k) {
-    p.col(first + k) = vertex_block(x, vertices[static_cast<std::size_t>(k)]);
-  }
-  return p;
-}
-
-MeshContact::MovingPair MeshContact::vertex_face(Index vertex, Index triangle) const {
+MovingPair MeshContact::vertex_face(Index vertex, Index triangle) const {
   MovingPair moving;
   moving.pair.kind = PairKind::kPointTriangle;
   moving.count = 3;
   moving.first = 1;
-  moving.mesh_item = vertex;
-  moving.vertices = surface_.triangles[slot(triangle)];
-  moving.rest_of_it.col(0) = mesh_.points()[slot(vertex)];
+  moving.partner = vertex;
+  std::ranges::copy(surface_.triangles[slot(triangle)], moving.vertices.begin());
+  moving.at_rest.col(0) = mesh_.points()[slot(vertex)];
   double area = 0.0;
-  for (const Index i : moving.vertices) area += surface_.areas[slot(i)] / 3.0;
+  for (const Index i : moving.own()) area += surface_.areas[slot(i)] / 3.0;
   moving.pair.weight = kSmallShare * (area > 0.0 ? area : mean_area_);
   return moving;
 }
 
-MeshContact::MovingPair MeshContact::edge_edge(Index edge, Index other) const {
+MovingPair MeshContact::edge_edge(Index edge, Index other) const {
   MovingPair moving;
   moving.pair.kind = PairKind::kEdgeEdge;
   moving.count = 2;
   moving.first = 0;
-  moving.mesh_item = other;
+  moving.partner = other;
   const auto& [i, j] = surface_.edges[slot(edge)];
   const auto& [k, l] = mesh_.edges()[slot(other)];
-  moving.vertices = {i, j, 0};
-  moving.rest_of_it.col(2) = mesh_.points()[slot(k)];
-  moving.rest_of_it.col(3) = mesh_.points()[slot(l)];
+  moving.vertices = {i, j};
+  moving.at_rest.col(2) = mesh_.points()[slot(k)];
+  moving.at_rest.col(3) = mesh_.points()[slot(l)];
   const double area = 0.5 * (surface_.areas[slot(i)] + surface_.areas[slot(j)]);
   moving.pair.weight = kSmallShare * (area > 0.0 ? area : mean_area_);
   moving.pair.parallel =
       parallel_limit(vertex_block(surface_.rest, j) - vertex_block(surface_.rest, i),
-                     moving.rest_of_it.col(3) - moving.rest_of_it.col(2));
+                     moving.at_rest.col(3) - moving.at_rest.col(2));
   return moving;
 }
 
@@ -81,26 +70,12 @@ void MeshContact::prepare(Way& way, const Vector& from, const Vector& to) const 
   way.near = find_candidates(mesh_, surface_, from, to, barrier_.thickness, MeshFeatures::kSharp);
   const auto& faces = way.near.vertex_faces;
   const auto& edges = way.near.edge_edges;
-  std::vector<MovingPair> pairs(faces.size() + edges.size());
-  std::vector<char> close(pairs.size());
-  parallel_for(static_cast<Index>(pairs.size()), kPairGrain, [&](Index begin, Index end) {
-    for (Index k = begin; k < end; ++k) {
-      MovingPair& moving = pairs[slot(k)];
-      if (slot(k) < faces.size()) {
-        moving = vertex_face(faces[slot(k)][0], faces[slot(k)][1]);
-      } else {
-        const auto& [e, other] = edges[slot(k) - faces.size()];
-        moving = edge_edge(e, other);
-      }
-      const double limit = barrier_.thickness * barrier_.thickness;
-      close[slot(k)] = pair_distance(moving.pair.kind, moving.points(from)).squared < limit ||
-                       pair_distance(moving.pair.kind, moving.points(to)).squared < limit;
-    }
-  });
-  way.pairs.clear();
-  for (std::size_t k = 0; k < pairs.size(); ++k) {
-    if (close[k] != 0) way.pairs.push_back(pairs[k]);
-  }
+  way.pairs =
+      pairs_within(barrier_.thickness, from, to, faces.size() + edges.size(), [&](std::size_t k) {
+        if (k < faces.size()) return vertex_face(faces[k][0], faces[k][1]);
+        const auto& [e, other] = edges[k - faces.size()];
+        return edge_edge(e, other);
+      });
 }
 
 const MeshContact::Way& MeshContact::state(const Vector& x) const {
@@ -139,14 +114,7 @@ double MeshContact::energy(const Vector& x) const {
         }
         return sum;
       });
-  return vertices + parallel_sum(static_cast<Index>(now.pairs.size()), [&](Index begin, Index end) {
-           double sum = 0.0;
-           for (Index k = begin; k < end; ++k) {
-             const MovingPair& moving = now.pairs[slot(k)];
-             sum += pair_energy(barrier_, moving.pair, moving.points(x));
-           }
-           return sum;
-         });
+  return vertices + energy_of(now.pairs, barrier_, x);
 }
 
 void MeshContact::add_gradient(const Vector& x, Vector& gradient) const {
@@ -161,20 +129,7 @@ void MeshContact::add_gradient(const Vector& x, Vector& gradient) const {
                        point.gradient(now.near.triangles_of(slot(k)), vertex_block(x, i));
                  }
                });
-  std::vector<PairVector> parts(now.pairs.size());
-  parallel_for(static_cast<Index>(parts.size()), kPairGrain, [&](Index begin, Index end) {
-    for (Index k = begin; k < end; ++k) {
-      const MovingPair& moving = now.pairs[slot(k)];
-      parts[slot(k)] = pair_gradient(barrier_, moving.pair, moving.points(x));
-    }
-  });
-  for (std::size_t k = 0; k < parts.size(); ++k) {
-    const MovingPair& moving = now.pairs[k];
-    for (int a = 0; a < moving.count; ++a) {
-      vertex_block(gradient, moving.vertices[static_cast<std::size_t>(a)]) +=
-          parts[k].segment<3>(3 * (moving.first + a));
-    }
-  }
+  add_gradient_of(now.pairs, barrier_, x, gradient);
 }
 
 void MeshContact::add_discrete_gradient(const Vector& from, const Vector& to,
@@ -191,108 +146,47 @@ void MeshContact::add_discrete_gradient(const Vector& from, const Vector& to,
                                                                      vertex_block(to, i));
                  }
                });
-  std::vector<PairVector> parts(now.pairs.size());
-  parallel_for(static_cast<Index>(parts.size()), kPairGrain, [&](Index begin, Index end) {
-    for (Index k = begin; k < end; ++k) {
-      const MovingPair& moving = now.pairs[slot(k)];
-      parts[slot(k)] =
-          mean_pair(barrier_, moving.pair, moving.points(from), moving.points(to)).gradient;
-    }
-  });
-  for (std::size_t k = 0; k < parts.size(); ++k) {
-    const MovingPair& moving = now.pairs[k];
-    for (int a = 0; a < moving.count; ++a) {
-      vertex_block(gradient, moving.vertices[static_cast<std::size_t>(a)]) +=
-          parts[k].segment<3>(3 * (moving.first + a));
-    }
-  }
+  add_mean_gradient_of(now.pairs, barrier_, from, to, gradient);
 }
 
-// Adds the blocks of vertices and pairs; with `convex` each of them made semidefinite.
-void MeshContact::add_blocks(const Way& way, bool convex, const std::vector<Matrix3>& own,
-                             std::vector<PairMatrix>& coupled, SurfaceBlocks& blocks) const {
-  if (convex) {
-    parallel_for(static_cast<Index>(coupled.size()), kPairGrain, [&](Index begin, Index end) {
-      for (Index k = begin; k < end; ++k) {
-        const MovingPair& moving = way.pairs[slot(k)];
-        const int first = 3 * moving.first;
-        const int size = 3 * moving.count;
-        Matrix part = coupled[slot(k)].block(first, first, size, size);
-        make_semidefinite(part);
-        coupled[slot(k)].block(first, first, size, size) = part;
-      }
-    });
-  }
+// Adds the area of each vertex i near the mesh times hessian(triangles near it, i, point), with `convex` each made semidefinite.
+template <class Hessian>
+void MeshContact::add_vertex_blocks(const Way& way, bool convex, const Hessian& hessian,
+                                    SurfaceBlocks& blocks) const {
+  std::vector<Matrix3> own(way.near.vertices.size());
+  parallel_for(static_cast<Index>(own.size()), kPairGrain, [&](Index begin, Index end) {
+    PointOnMesh point(mesh_, barrier_);
+    for (Index k = begin; k < end; ++k) {
+      const Index i = way.near.vertices[slot(k)];
+      own[slot(k)] = surface_.areas[slot(i)] * hessian(way.near.triangles_of(slot(k)), i, point);
+    }
+  });
   for (std::size_t k = 0; k < own.size(); ++k) {
-    if (!convex) {
-      blocks.add(way.near.vertices[k], own[k]);
-      continue;
-    }
-    const SymmetricEigen3 eigen = symmetric_eigen(own[k]);
-    blocks.add(way.near.vertices[k],
-               eigen.vectors * eigen.values.cwiseMax(0.0).asDiagonal() * eigen.vectors.transpose());
-  }
-  for (std::size_t k = 0; k < coupled.size(); ++k) {
-    const MovingPair& moving = way.pairs[k];
-    for (int a = 0; a < moving.count; ++a) {
-      for (int b = a; b < moving.count; ++b) {
-        const Matrix3 block =
-            coupled[k].block<3, 3>(3 * (moving.first + a), 3 * (moving.first + b));
-        const Index i = moving.vertices[static_cast<std::size_t>(a)];
-        const Index j = moving.vertices[static_cast<std::size_t>(b)];
-        if (a == b) {
-          blocks.add(i, block);
-        } else {
-          blocks.add_pair(i, j, block);
-        }
-      }
-    }
+    blocks.add(way.near.vertices[k], convex ? positive_semidefinite_part(own[k]) : own[k]);
   }
 }
 
 void MeshContact::add_hessian(const Vector& x, bool convex, SurfaceBlocks& blocks) const {
   const Way& now = state(x);
-  std::vector<Matrix3> own(now.near.vertices.size());
-  parallel_for(static_cast<Index>(own.size()), kPairGrain, [&](Index begin, Index end) {
-    PointOnMesh point(mesh_, barrier_);
-    for (Index k = begin; k < end; ++k) {
-      const Index i = now.near.vertices[slot(k)];
-      own[slot(k)] = surface_.areas[slot(i)] *
-                     point.hessian(now.near.triangles_of(slot(k)), vertex_block(x, i));
-    }
-  });
-  std::vector<PairMatrix> coupled(now.pairs.size());
-  parallel_for(static_cast<Index>(coupled.size()), kPairGrain, [&](Index begin, Index end) {
-    for (Index k = begin; k < end; ++k) {
-      const MovingPair& moving = now.pairs[slot(k)];
-      coupled[slot(k)] = pair_hessian(barrier_, moving.pair, moving.points(x));
-    }
-  });
-  add_blocks(now, convex, own, coupled, blocks);
+  add_vertex_blocks(
+      now, convex,
+      [&](std::span<const Index> triangles, Index i, PointOnMesh& point) {
+        return point.hessian(triangles, vertex_block(x, i));
+      },
+      blocks);
+  add_hessian_of(now.pairs, barrier_, x, convex, blocks);
 }
 
 void MeshContact::add_discrete_hessian(const Vector& from, const Vector& to, bool convex,
                                        SurfaceBlocks& blocks) const {
   const Way& now = way(from, to);
-  std::vector<Matrix3> own(now.near.vertices.size());
-  parallel_for(static_cast<Index>(own.size()), kPairGrain, [&](Index begin, Index end) {
-    PointOnMesh point(mesh_, barrier_);
-    for (Index k = begin; k < end; ++k) {
-      const Index i = now.near.vertices[slot(k)];
-      own[slot(k)] =
-          surface_.areas[slot(i)] * point.mean_hessian(now.near.triangles_of(slot(k)),
-                                                       vertex_block(from, i), vertex_block(to, i));
-    }
-  });
-  std::vector<PairMatrix> coupled(now.pairs.size());
-  parallel_for(static_cast<Index>(coupled.size()), kPairGrain, [&](Index begin, Index end) {
-    for (Index k = begin; k < end; ++k) {
-      const MovingPair& moving = now.pairs[slot(k)];
-      coupled[slot(k)] =
-          mean_pair_hessian(barrier_, moving.pair, moving.points(from), moving.points(to));
-    }
-  });
-  add_blocks(now, convex, own, coupled, blocks);
+  add_vertex_blocks(
+      now, convex,
+      [&](std::span<const Index> triangles, Index i, PointOnMesh& point) {
+        return point.mean_hessian(triangles, vertex_block(from, i), vertex_block(to, i));
+      },
+      blocks);
+  add_mean_hessian_of(now.pairs, barrier_, from, to, convex, blocks);
 }
 
 double MeshContact::smallest_gap(const Vector& x) const {
@@ -300,10 +194,7 @@ double MeshContact::smallest_gap(const Vector& x) const {
   Vector gaps;
   vertex_gaps(x, gaps);
   double smallest = gaps.size() > 0 ? gaps.minCoeff() : std::numeric_limits<double>::infinity();
-  for (const MovingPair& moving : now.pairs) {
-    smallest =
-        std::min(smallest, std::sqrt(pair_distance(moving.pair.kind, moving.points(x)).squared));
-  }
+  for (const MovingPair& moving : now.pairs) smallest = std::min(smallest, moving.distance(x));
   return smallest;
 }
 
@@ -345,9 +236,7 @@ void MeshContact::approaching(const Vector& x, const Vector& v, double reach,
     PairDistance distance = pair_distance(moving.pair.kind, moving.points(x));
     // The difference goes from the second side to the first one.
     if (moving.first > 0) distance.difference = -distance.difference;
-    for (int a = 0; a < moving.count; ++a) {
-      add(moving.vertices[static_cast<std::size_t>(a)], moving.pair.weight, distance);
-    }
+    for (const Index i : moving.own()) add(i, moving.pair.weight, distance);
   };
   for (const auto& [vertex, triangle] : near.vertex_faces)
     add_moving(vertex_face(vertex, triangle));

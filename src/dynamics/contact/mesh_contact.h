@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "dynamics/contact/mesh_candidates.h"
+#include "dynamics/contact/moving_pairs.h"
 #include "dynamics/contact/obstacle_contact.h"
-#include "dynamics/contact/pair_potential.h"
 #include "dynamics/contact/point_on_mesh.h"
 #include "dynamics/contact/triangle_mesh.h"
 
@@ -52,17 +52,6 @@ class MeshContact final : public ObstacleContact {
                    std::vector<Approach>& found) const override;
 
  private:
-  // A pair of four points, of which those of the surface have these numbers, from `first` on.
-  struct MovingPair {
-    ContactPair pair;
-    std::array<Index, 3> vertices{};
-    int count = 0;                               // of the surface's points
-    int first = 0;                               // the place of the first of them among the four
-    Index mesh_item = 0;                         // the vertex or the edge of the mesh
-    PairPoints rest_of_it = PairPoints::Zero();  // the mesh's points
-
-    PairPoints points(const Vector& x) const;
-  };
   // A way and the pairs near it; the last one is kept.
   struct Way {
     Vector from;
@@ -82,8 +71,10 @@ class MeshContact final : public ObstacleContact {
   Index find_penetrating_vertex(const Vector& x) const;
   std::vector<double> free_parts(const MeshCandidates& near, const Vector& x,
                                  const Vector& d) const;
-  void add_blocks(const Way& way, bool convex, const std::vector<Matrix3>& own,
-                  std::vector<PairMatrix>& coupled, SurfaceBlocks& blocks) const;
+
+  template <class Hessian>
+  void add_vertex_blocks(const Way& way, bool convex, const Hessian& hessian,
+                         SurfaceBlocks& blocks) const;
 
   TriangleMesh mesh_;
   ContactSurface surface_;

@@ -6,19 +6,16 @@
 #include <limits>
 
 #include "additive_ccd.h"
-#include "core/disjoint_sets.h"
 #include "edge_crossing.h"
 #include "mesh_contact.h"
+#include "surface_loops.h"
 #include "tetraction/core/parallel.h"
+#include "way_clearing.h"
 
 namespace tetraction {
 namespace {
 
 constexpr Index kMotionGrain = 64;
-// Rounds of clear_way() before the whole surface goes a common part of the way.
-constexpr int kClearingRounds = 40;
-// The part of the way to the first touch that is kept.
-constexpr double kPartOfWay = 0.9;
 
 std::size_t item(Index i) {
   return static_cast<std::size_t>(i);
@@ -42,39 +39,19 @@ Index MeshContact::find_penetrating_vertex(const Vector& x) const {
   }
   for (const auto& [i, t] : near.vertex_faces) {
     const MovingPair moving = vertex_face(i, t);
-    if (!(pair_distance(moving.pair.kind, moving.points(x)).squared > 0.0)) {
-      pierces(moving.vertices);
-    }
+    if (!(moving.distance(x) > 0.0)) pierces(moving.own());
   }
   for (const auto& [e, other] : near.edge_edges) {
     const MovingPair moving = edge_edge(e, other);
-    if (!(pair_distance(moving.pair.kind, moving.points(x)).squared > 0.0)) {
-      pierces(surface_.edges[item(e)]);
-    }
+    if (!(moving.distance(x) > 0.0)) pierces(moving.own());
   }
   // Edges that cross triangles.
   const auto smallest_of = [&](Index items, const auto& vertex_of) {
-    constexpr Index kPiece = 256;
-    const Index pieces = (items + kPiece - 1) / kPiece;
-    std::vector<Index> least(item(pieces), count);
-    parallel_for(pieces, 1, [&](Index begin, Index end) {
-      std::vector<Index> found;
-      for (Index piece = begin; piece < end; ++piece) {
-        const Index last = std::min(items, (piece + 1) * kPiece);
-        for (Index k = piece * kPiece; k < last; ++k) {
-          found.clear();
-          least[item(piece)] = std::min(least[item(piece)], vertex_of(k, found));
-        }
-      }
-    });
-    for (const Index i : least) first = std::min(first, i);
+    first = std::min(first, smallest_over_items(items, count, vertex_of));
   };
   smallest_of(static_cast<Index>(surface_.edges.size()), [&](Index e, std::vector<Index>& found) {
     const auto& [i, j] = surface_.edges[item(e)];
-    Box box;
-    box.add(vertex_block(x, i));
-    box.add(vertex_block(x, j));
-    mesh_.triangle_tree().query(box.widened(0.0), found);
+    mesh_.triangle_tree().query(box_of_ways(surface_.edges[item(e)], x, x).widened(0.0), found);
     for (const Index t : found) {
       const auto& corner = mesh_.triangles()[item(t)];
       if (edge_crosses_triangle(vertex_block(x, i), vertex_block(x, j), points[item(corner[0])],
@@ -87,9 +64,7 @@ Index MeshContact::find_penetrating_vertex(const Vector& x) const {
   smallest_of(
       static_cast<Index>(surface_.triangles.size()), [&](Index t, std::vector<Index>& found) {
         const auto& corner = surface_.triangles[item(t)];
-        Box box;
-        for (const Index i : corner) box.add(vertex_block(x, i));
-        mesh_.edge_tree().query(box.widened(0.0), found);
+        mesh_.edge_tree().query(box_of_ways(corner, x, x).widened(0.0), found);
         for (const Index e : found) {
           const auto& [i, j] = mesh_.edges()[item(e)];
           if (edge_crosses_triangle(points[item(i)], points[item(j)], vertex_block(x, corner[0]),
@@ -131,13 +106,11 @@ std::vector<double> MeshContact::free_parts(const MeshCandidates& near, const Ve
         continue;
       }
       const std::size_t rest = k - singles;
-      MovingPair moving =
+      const MovingPair moving =
           rest < faces
               ? vertex_face(near.vertex_faces[rest][0], near.vertex_faces[rest][1])
               : edge_edge(near.edge_edges[rest - faces][0], near.edge_edges[rest - faces][1]);
-      const PairPoints p = moving.points(x);
-      moving.rest_of_it.setZero();
-      parts[k] = first_touch(moving.pair.kind, p, moving.points(d), cap);
+      parts[k] = first_touch(moving.pair.kind, moving.points(x), moving.moves(d), cap);
     }
   });
   return parts;
@@ -153,17 +126,9 @@ double MeshContact::longest_step(const Vector& x, const Vector& d) const {
 }
 
 void MeshContact::clear_way(const Vector& from, Vector& x) const {
-  const Index count = x.size() / 3;
-  // A vertex that goes nowhere has no way to be shortened.
-  for (Index i = 0; i < count; ++i) {
-    if (!vertex_block(x, i).allFinite()) vertex_block(x, i) = vertex_block(from, i);
-  }
-  const Vector whole = x - from;
-  Vector part = Vector::Ones(count);
-  DisjointSets sets(count);
+  WayClearing clearing(from, x);
   bool vertices_only = true;
-  for (int round = 0; round < kClearingRounds; ++round) {
-    const Vector d = x - from;
+  for (int round = 0; round < WayClearing::kRounds; ++round) {
     MeshCandidates near =
         find_candidates(mesh_, surface_, from, x, 0.1 * barrier_.thickness, MeshFeatures::kAll);
     // At first each vertex by itself, which often clears the way of faces and edges, too.
@@ -171,46 +136,28 @@ void MeshContact::clear_way(const Vector& from, Vector& x) const {
       near.vertex_faces.clear();
       near.edge_edges.clear();
     }
-    const std::vector<double> free = free_parts(near, from, d);
-    Vector allowed = Vector::Ones(count);
-    bool clear = true;
-    const auto limit = [&](std::span<const Index> vertices, double t) {
-      if (t >= 1.0) return;
-      clear = false;
-      for (const Index i : vertices) {
-        allowed[i] = std::min(allowed[i], kPartOfWay * t);
-        sets.join(vertices[0], i);
-      }
-    };
+    const std::vector<double> free = free_parts(near, from, x - from);
+    clearing.begin_round();
     std::size_t k = 0;
     for (std::size_t v = 0; v < near.vertices.size(); ++v) {
       for (std::size_t m = near.starts[v]; m < near.starts[v + 1]; ++m) {
-        limit({&near.vertices[v], 1}, free[k++]);
+        clearing.limit({&near.vertices[v], 1}, free[k++]);
       }
     }
-    for (const auto& pair : near.vertex_faces) limit(surface_.triangles[item(pair[1])], free[k++]);
-    for (const auto& pair : near.edge_edges) limit(surface_.edges[item(pair[0])], free[k++]);
+    for (const auto& pair : near.vertex_faces) {
+      clearing.limit(surface_.triangles[item(pair[1])], free[k++]);
+    }
+    for (const auto& pair : near.edge_edges) {
+      clearing.limit(surface_.edges[item(pair[0])], free[k++]);
+    }
+    const bool clear = clearing.is_clear();
     if (clear && !vertices_only) return;
     vertices_only = vertices_only && !clear;
-    if (clear) continue;
-    // Each set goes the shortest part of the way that one of its vertices may go.
-    Index set_count = 0;
-    const std::vector<Index> set = sets.numbers(set_count);
-    Vector of_set = Vector::Ones(set_count);
-    for (Index i = 0; i < count; ++i) {
-      double& least = of_set[set[item(i)]];
-      least = std::min(least, part[i] * allowed[i]);
-    }
-    for (Index i = 0; i < count; ++i) {
-      part[i] = of_set[set[item(i)]];
-      if (part[i] < 1.0) {
-        vertex_block(x, i) = vertex_block(from, i) + part[i] * vertex_block(whole, i);
-      }
-    }
+    if (!clear) clearing.shorten();
   }
   // `from` is clear, so that a common part of what is left is.
   const Vector d = x - from;
-  x = from + (kPartOfWay * longest_step(from, d)) * d;
+  x = from + (WayClearing::kKept * longest_step(from, d)) * d;
 }
 
 // A surface of triangles may support in all directions; in its layer it supports in those of its forces.

@@ -72,9 +72,10 @@ void append_merged(std::vector<ContactPlace>& places, std::vector<ContactPoint>&
 }
 
 // A pair's place, from the weights of its points.
-ContactPlace place_of_pair(const TriangleMesh& mesh, bool edges, Index mesh_item,
-                           std::span<const Index> vertices, int first, const PairWeights& weights,
-                           const Vector3& difference) {
+ContactPlace place_of_pair(const TriangleMesh& mesh, const MovingPair& pair,
+                           const PairWeights& weights, const Vector3& difference) {
+  const bool edges = pair.pair.kind == PairKind::kEdgeEdge;
+  const std::span<const Index> vertices = pair.own();
   ContactPlace place;
   // The difference goes from the second side to the first one, which is the mesh's if it has the vertex.
   const double sign = edges ? 1.0 : -1.0;
@@ -82,7 +83,7 @@ ContactPlace place_of_pair(const TriangleMesh& mesh, bool edges, Index mesh_item
   std::array<std::pair<Index, double>, 3> own{{{kNone, 0.0}, {kNone, 0.0}, {kNone, 0.0}}};
   std::size_t count = 0;
   for (std::size_t k = 0; k < vertices.size(); ++k) {
-    const double w = sign * weights[first + static_cast<int>(k)];
+    const double w = sign * weights[pair.first + static_cast<int>(k)];
     if (w != 0.0) own[count++] = {vertices[k], w};
   }
   std::sort(own.begin(), own.end());
@@ -94,11 +95,11 @@ ContactPlace place_of_pair(const TriangleMesh& mesh, bool edges, Index mesh_item
   const double length = difference.norm();
   if (length > 0.0) place.point.normal = (sign / length) * difference;
   if (!edges) {
-    place.feature = mesh.first_vertex() + mesh_item;
+    place.feature = mesh.first_vertex() + pair.partner;
   } else if (weights[2] != 0.0 && weights[3] != 0.0) {
-    place.feature = mesh.first_edge() + mesh_item;
+    place.feature = mesh.first_edge() + pair.partner;
   } else {
-    const auto& edge = mesh.edges()[static_cast<std::size_t>(mesh_item)];
+    const auto& edge = mesh.edges()[static_cast<std::size_t>(pair.partner)];
     place.feature = mesh.first_vertex() + (weights[2] != 0.0 ? edge[0] : edge[1]);
   }
   return place;
@@ -125,10 +126,7 @@ void MeshContact::contact_points(const Vector& x, std::vector<ContactPoint>& poi
     const bool edges = moving.pair.kind == PairKind::kEdgeEdge;
     if (edges) weight *= mollifier(parallel_measure(p), moving.pair.parallel);
     if (!(weight > 0.0) || d >= barrier_.thickness) continue;
-    ContactPlace place =
-        place_of_pair(mesh_, edges, moving.mesh_item,
-                      {moving.vertices.data(), static_cast<std::size_t>(moving.count)},
-                      moving.first, distance.weights, distance.difference);
+    ContactPlace place = place_of_pair(mesh_, moving, distance.weights, distance.difference);
     place.point.force = -weight * barrier_.slope(d);
     place.point.stiffness = weight * barrier_.curvature(d);
     places.push_back(place);
@@ -151,10 +149,7 @@ void MeshContact::mean_contact_points(const Vector& from, const Vector& to,
   for (const MovingPair& moving : now.pairs) {
     const MeanPair mean = mean_pair(barrier_, moving.pair, moving.points(from), moving.points(to));
     if (!(mean.force > 0.0)) continue;
-    ContactPlace place =
-        place_of_pair(mesh_, moving.pair.kind == PairKind::kEdgeEdge, moving.mesh_item,
-                      {moving.vertices.data(), static_cast<std::size_t>(moving.count)},
-                      moving.first, mean.weights, mean.difference);
+    ContactPlace place = place_of_pair(mesh_, moving, mean.weights, mean.difference);
     place.point.force = mean.force;
     place.point.stiffness = mean.stiffness;
     places.push_back(place);

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/decompositions.h"
 #include "squared_barrier.h"
 
 namespace tetraction {
@@ -284,12 +283,6 @@ PairMatrix mean_pair_hessian(const Barrier& barrier, const ContactPair& pair,
     }
   }
   return pair.weight * h;
-}
-
-void make_semidefinite(Eigen::Ref<Matrix> a) {
-  const SymmetricEigen eigen = symmetric_eigen(Matrix(a));
-  if (eigen.values[0] >= 0.0) return;
-  a = eigen.vectors * eigen.values.cwiseMax(0.0).asDiagonal() * eigen.vectors.transpose();
 }
 
 }  // namespace tetraction

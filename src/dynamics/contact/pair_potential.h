@@ -54,7 +54,4 @@ MeanPair mean_pair(const Barrier& barrier, const ContactPair& pair, const PairPo
 PairMatrix mean_pair_hessian(const Barrier& barrier, const ContactPair& pair,
                              const PairPoints& from, const PairPoints& to);
 
-/// Replaces the negative eigenvalues of the symmetric matrix with zeros.
-void make_semidefinite(Eigen::Ref<Matrix> a);
-
 }  // namespace tetraction

@@ -5,6 +5,7 @@
 #include <limits>
 #include <utility>
 
+#include "surface_loops.h"
 #include "tetraction/core/parallel.h"
 
 namespace tetraction {
@@ -12,7 +13,6 @@ namespace {
 
 // Pairs of edges have this part of the area of a vertex.
 constexpr double kEdgeShare = 0.01;
-constexpr Index kSelfGrain = 64;
 
 std::size_t place(Index i) {
   return static_cast<std::size_t>(i);
@@ -23,10 +23,6 @@ int closest_feature(const PairDistance& distance) {
   int bits = 0;
   for (int k = 1; k < 4; ++k) bits |= distance.weights[k] != 0.0 ? 1 << k : 0;
   return bits;
-}
-
-bool is_same(const Vector& a, const Vector& b) {
-  return a.size() == b.size() && (a.array() == b.array()).all();
 }
 
 }  // namespace
@@ -48,13 +44,6 @@ SelfContact::SelfContact(ContactSurface surface, std::vector<Index> body_of, boo
   edges_ = BoxTree(boxes(surface_.edges));
 }
 
-PairPoints SelfContact::Pair::points(const Vector& x) const {
-  PairPoints p = PairPoints::Zero();
-  for (int k = 0; k < size(); ++k)
-    p.col(k) = vertex_block(x, vertices[static_cast<std::size_t>(k)]);
-  return p;
-}
-
 bool SelfContact::may_touch(Index a, Index b) const {
   return within_bodies_ || body_of_[place(a)] != body_of_[place(b)];
 }
@@ -62,12 +51,9 @@ bool SelfContact::may_touch(Index a, Index b) const {
 void SelfContact::refit(const Vector& from, const Vector& to) const {
   const auto boxes = [&](const auto& items) {
     std::vector<Box> all(items.size());
-    parallel_for(static_cast<Index>(items.size()), 256, [&](Index begin, Index end) {
+    parallel_for(static_cast<Index>(items.size()), kItemsOfPiece, [&](Index begin, Index end) {
       for (std::size_t k = place(begin); k < place(end); ++k) {
-        for (const Index i : items[k]) {
-          all[k].add(vertex_block(from, i));
-          all[k].add(vertex_block(to, i));
-        }
+        all[k] = box_of_ways(items[k], from, to);
       }
     });
     return all;
@@ -78,43 +64,19 @@ void SelfContact::refit(const Vector& from, const Vector& to) const {
 
 SelfContact::Near SelfContact::find_near(const Vector& from, const Vector& to, double reach) const {
   refit(from, to);
-  const auto gather = [&](Index count, const auto& find) {
-    constexpr Index kPiece = 256;
-    const Index pieces = (count + kPiece - 1) / kPiece;
-    std::vector<Candidates> parts(place(pieces));
-    parallel_for(pieces, 1, [&](Index begin, Index end) {
-      std::vector<Index> found;
-      for (Index piece = begin; piece < end; ++piece) {
-        const Index last = std::min(count, (piece + 1) * kPiece);
-        for (Index i = piece * kPiece; i < last; ++i) {
-          found.clear();
-          find(i, found);
-          for (const Index j : found) parts[place(piece)].push_back({i, j});
-        }
-      }
-    });
-    Candidates all;
-    for (const Candidates& part : parts) all.insert(all.end(), part.begin(), part.end());
-    return all;
-  };
-  const auto box_of = [&](const auto& corners) {
-    Box box;
-    for (const Index i : corners) {
-      box.add(vertex_block(from, i));
-      box.add(vertex_block(to, i));
-    }
-    return box.widened(reach);
+  const auto box_of = [&](std::span<const Index> corners) {
+    return box_of_ways(corners, from, to).widened(reach);
   };
   Near near;
-  near.vertex_faces = gather(from.size() / 3, [&](Index i, std::vector<Index>& found) {
-    triangles_.query(box_of(std::array<Index, 1>{i}), found);
+  near.vertex_faces = gather_pairs(from.size() / 3, [&](Index i, std::vector<Index>& found) {
+    triangles_.query(box_of({&i, 1}), found);
     std::erase_if(found, [&](Index t) {
       const auto& corners = surface_.triangles[place(t)];
       return !may_touch(i, corners[0]) || std::ranges::count(corners, i) > 0;
     });
   });
-  near.edge_edges =
-      gather(static_cast<Index>(surface_.edges.size()), [&](Index e, std::vector<Index>& found) {
+  near.edge_edges = gather_pairs(
+      static_cast<Index>(surface_.edges.size()), [&](Index e, std::vector<Index>& found) {
         const auto& [i, j] = surface_.edges[place(e)];
         edges_.query(box_of(surface_.edges[place(e)]), found);
         std::erase_if(found, [&](Index f) {
@@ -125,31 +87,44 @@ SelfContact::Near SelfContact::find_near(const Vector& from, const Vector& to, d
   return near;
 }
 
-SelfContact::Pair SelfContact::vertex_face(Index vertex, Index triangle) const {
+MovingPair SelfContact::vertex_face(Index vertex, Index triangle) const {
   const auto& [a, b, c] = surface_.triangles[place(triangle)];
-  return {{PairKind::kPointTriangle, 0.5 * surface_.areas[place(vertex)], 0.0}, {vertex, a, b, c}};
+  MovingPair moving;
+  moving.pair = {PairKind::kPointTriangle, 0.5 * surface_.areas[place(vertex)], 0.0};
+  moving.vertices = {vertex, a, b, c};
+  moving.count = 4;
+  return moving;
 }
 
-SelfContact::Pair SelfContact::edge_edge(Index edge, Index other) const {
+MovingPair SelfContact::edge_edge(Index edge, Index other) const {
   const auto& [i, j] = surface_.edges[place(edge)];
   const auto& [k, l] = surface_.edges[place(other)];
-  Pair pair;
-  pair.pair.kind = PairKind::kEdgeEdge;
-  pair.vertices = {i, j, k, l};
+  MovingPair moving;
+  moving.pair.kind = PairKind::kEdgeEdge;
+  moving.vertices = {i, j, k, l};
+  moving.count = 4;
   double area = 0.0;
-  for (const Index v : pair.vertices) area += 0.25 * surface_.areas[place(v)];
-  pair.pair.weight = kEdgeShare * area;
+  for (const Index v : moving.own()) area += 0.25 * surface_.areas[place(v)];
+  moving.pair.weight = kEdgeShare * area;
   const Vector& rest = surface_.rest;
-  pair.pair.parallel = parallel_limit(vertex_block(rest, j) - vertex_block(rest, i),
-                                      vertex_block(rest, l) - vertex_block(rest, k));
-  return pair;
+  moving.pair.parallel = parallel_limit(vertex_block(rest, j) - vertex_block(rest, i),
+                                        vertex_block(rest, l) - vertex_block(rest, k));
+  return moving;
+}
+
+std::vector<MovingPair> SelfContact::pairs_of(const Near& near) const {
+  std::vector<MovingPair> pairs;
+  pairs.reserve(near.vertex_faces.size() + near.edge_edges.size());
+  for (const auto& [i, t] : near.vertex_faces) pairs.push_back(vertex_face(i, t));
+  for (const auto& [e, f] : near.edge_edges) pairs.push_back(edge_edge(e, f));
+  return pairs;
 }
 
 // The pairs of a vertex with triangles, and with their edges and vertices. Those whose closest feature is the same at
 // both ends of the way are one pair with this feature.
-void SelfContact::add_pairs_of(Index vertex, const std::array<Index, 2>* faces, std::size_t count,
+void SelfContact::add_pairs_of(Index vertex, std::span<const std::array<Index, 2>> faces,
                                const Vector& from, const Vector& to,
-                               std::vector<Pair>& pairs) const {
+                               std::vector<MovingPair>& pairs) const {
   struct Feature {
     std::array<Index, 3> vertices{-1, -1, -1};  // ascending, those that are not used first
     double coefficient = 0.0;
@@ -165,7 +140,7 @@ void SelfContact::add_pairs_of(Index vertex, const std::array<Index, 2>* faces, 
     }
   };
   // c_e = 1 − Σ 1 and c_v = 1 − Σ 1 − Σ c_e.
-  for (std::size_t k = 0; k < count; ++k) add(surface_.triangles[place(faces[k][1])], 1.0);
+  for (const auto& [i, t] : faces) add(surface_.triangles[place(t)], 1.0);
   const std::size_t triangles = features.size();
   const auto add_parts = [&](std::size_t begin, std::size_t end, int removed) {
     for (std::size_t k = begin; k < end; ++k) {
@@ -197,22 +172,21 @@ void SelfContact::add_pairs_of(Index vertex, const std::array<Index, 2>* faces, 
   std::vector<Close> close;
   const auto pair_of = [&](const std::array<Index, 3>& corners, double coefficient) {
     const int unused = static_cast<int>(std::ranges::count(corners, Index{-1}));
-    Pair pair;
-    pair.pair.kind = unused == 0   ? PairKind::kPointTriangle
-                     : unused == 1 ? PairKind::kPointEdge
-                                   : PairKind::kPointPoint;
-    pair.pair.weight = 0.5 * surface_.areas[place(vertex)] * coefficient;
-    pair.vertices[0] = vertex;
-    for (std::size_t k = 0; k + static_cast<std::size_t>(unused) < 3; ++k) {
-      pair.vertices[k + 1] = corners[k + static_cast<std::size_t>(unused)];
-    }
-    return pair;
+    constexpr std::array kKinds{PairKind::kPointTriangle, PairKind::kPointEdge,
+                                PairKind::kPointPoint};
+    MovingPair moving;
+    moving.pair.kind = kKinds[static_cast<std::size_t>(unused)];
+    moving.pair.weight = 0.5 * surface_.areas[place(vertex)] * coefficient;
+    moving.count = 4 - unused;
+    moving.vertices[0] = vertex;
+    std::copy(corners.begin() + unused, corners.end(), moving.vertices.begin() + 1);
+    return moving;
   };
   for (const Feature& feature : features) {
     if (feature.coefficient == 0.0) continue;
-    const Pair pair = pair_of(feature.vertices, 1.0);
-    const PairDistance d0 = pair_distance(pair.pair.kind, pair.points(from));
-    const PairDistance d1 = pair_distance(pair.pair.kind, pair.points(to));
+    const MovingPair moving = pair_of(feature.vertices, 1.0);
+    const PairDistance d0 = pair_distance(moving.pair.kind, moving.points(from));
+    const PairDistance d1 = pair_distance(moving.pair.kind, moving.points(to));
     if (!(d0.squared < limit) && !(d1.squared < limit)) continue;
     Close item{feature.vertices, feature.vertices, feature.coefficient};
     const int bits = closest_feature(d0);
@@ -220,7 +194,7 @@ void SelfContact::add_pairs_of(Index vertex, const std::array<Index, 2>* faces, 
       item.key = {-1, -1, -1};
       std::size_t next = 3;
       for (int k = 3; k > 0; --k) {
-        if ((bits & (1 << k)) != 0) item.key[--next] = pair.vertices[static_cast<std::size_t>(k)];
+        if ((bits & (1 << k)) != 0) item.key[--next] = moving.vertices[static_cast<std::size_t>(k)];
       }
     }
     const auto known = std::ranges::find(close, item.key, &Close::key);
@@ -242,44 +216,36 @@ void SelfContact::prepare(Way& way, const Vector& from, const Vector& to) const 
   way.penetrating = -1;
   way.pairs.clear();
   const Near near = find_near(from, to, barrier_.thickness);
+  const auto& faces = near.vertex_faces;
   std::vector<std::size_t> starts;  // of the vertices
-  for (std::size_t k = 0; k < near.vertex_faces.size(); ++k) {
-    if (k == 0 || near.vertex_faces[k][0] != near.vertex_faces[k - 1][0]) starts.push_back(k);
+  for (std::size_t k = 0; k < faces.size(); ++k) {
+    if (k == 0 || faces[k][0] != faces[k - 1][0]) starts.push_back(k);
   }
-  starts.push_back(near.vertex_faces.size());
-  std::vector<std::vector<Pair>> of_vertices(starts.size() - 1);
-  parallel_for(static_cast<Index>(of_vertices.size()), kSelfGrain, [&](Index begin, Index end) {
+  starts.push_back(faces.size());
+  std::vector<std::vector<MovingPair>> of_vertices(starts.size() - 1);
+  parallel_for(static_cast<Index>(of_vertices.size()), 64, [&](Index begin, Index end) {
     for (std::size_t k = place(begin); k < place(end); ++k) {
-      const std::array<Index, 2>* faces = near.vertex_faces.data() + starts[k];
-      add_pairs_of((*faces)[0], faces, starts[k + 1] - starts[k], from, to, of_vertices[k]);
+      const std::span own(faces.data() + starts[k], starts[k + 1] - starts[k]);
+      add_pairs_of(own[0][0], own, from, to, of_vertices[k]);
     }
   });
-  for (const std::vector<Pair>& pairs : of_vertices) {
+  for (const std::vector<MovingPair>& pairs : of_vertices) {
     way.pairs.insert(way.pairs.end(), pairs.begin(), pairs.end());
   }
-  std::vector<Pair> edges(near.edge_edges.size());
-  std::vector<char> is_close(edges.size());
-  const double limit = barrier_.thickness * barrier_.thickness;
-  parallel_for(static_cast<Index>(edges.size()), kSelfGrain, [&](Index begin, Index end) {
-    for (std::size_t k = place(begin); k < place(end); ++k) {
-      const Pair pair = edge_edge(near.edge_edges[k][0], near.edge_edges[k][1]);
-      edges[k] = pair;
-      is_close[k] = pair_distance(pair.pair.kind, pair.points(from)).squared < limit ||
-                    pair_distance(pair.pair.kind, pair.points(to)).squared < limit;
-    }
-  });
-  for (std::size_t k = 0; k < edges.size(); ++k) {
-    if (is_close[k] != 0) way.pairs.push_back(edges[k]);
-  }
+  const auto& edges = near.edge_edges;
+  const std::vector<MovingPair> of_edges =
+      pairs_within(barrier_.thickness, from, to, edges.size(),
+                   [&](std::size_t k) { return edge_edge(edges[k][0], edges[k][1]); });
+  way.pairs.insert(way.pairs.end(), of_edges.begin(), of_edges.end());
 }
 
 const SelfContact::Way& SelfContact::state(const Vector& x) const {
-  if (!is_same(state_.from, x)) prepare(state_, x, x);
+  if (!same_numbers(state_.from, x)) prepare(state_, x, x);
   return state_;
 }
 
 const SelfContact::Way& SelfContact::way(const Vector& from, const Vector& to) const {
-  if (!is_same(way_.from, from) || !is_same(way_.to, to)) prepare(way_, from, to);
+  if (!same_numbers(way_.from, from) || !same_numbers(way_.to, to)) prepare(way_, from, to);
   return way_;
 }
 
@@ -297,133 +263,54 @@ Index SelfContact::penetrating_vertex(const Vector& x) const {
 
 double SelfContact::energy(const Vector& x) const {
   if (penetrating_vertex(x) >= 0) return std::numeric_limits<double>::infinity();
-  const Way& now = state(x);
-  return parallel_sum(static_cast<Index>(now.pairs.size()), [&](Index begin, Index end) {
-    double sum = 0.0;
-    for (std::size_t k = place(begin); k < place(end); ++k) {
-      sum += pair_energy(barrier_, now.pairs[k].pair, now.pairs[k].points(x));
-    }
-    return sum;
-  });
+  return energy_of(state(x).pairs, barrier_, x);
 }
-
-namespace {
-
-// part[k] = of(k) for all pairs, on all threads.
-template <class Part, class Of>
-std::vector<Part> all_parts(std::size_t count, const Of& of) {
-  std::vector<Part> parts(count);
-  parallel_for(static_cast<Index>(count), kSelfGrain, [&](Index begin, Index end) {
-    for (std::size_t k = place(begin); k < place(end); ++k) parts[k] = of(k);
-  });
-  return parts;
-}
-
-}  // namespace
 
 void SelfContact::add_gradient(const Vector& x, Vector& gradient) const {
-  const Way& now = state(x);
-  const auto parts = all_parts<PairVector>(now.pairs.size(), [&](std::size_t k) {
-    return pair_gradient(barrier_, now.pairs[k].pair, now.pairs[k].points(x));
-  });
-  for (std::size_t k = 0; k < parts.size(); ++k) {
-    for (int a = 0; a < now.pairs[k].size(); ++a) {
-      vertex_block(gradient, now.pairs[k].vertices[static_cast<std::size_t>(a)]) +=
-          parts[k].segment<3>(3 * a);
-    }
-  }
+  add_gradient_of(state(x).pairs, barrier_, x, gradient);
 }
 
 void SelfContact::add_discrete_gradient(const Vector& from, const Vector& to,
                                         Vector& gradient) const {
-  const Way& now = way(from, to);
-  const auto parts = all_parts<PairVector>(now.pairs.size(), [&](std::size_t k) {
-    const Pair& pair = now.pairs[k];
-    return mean_pair(barrier_, pair.pair, pair.points(from), pair.points(to)).gradient;
-  });
-  for (std::size_t k = 0; k < parts.size(); ++k) {
-    for (int a = 0; a < now.pairs[k].size(); ++a) {
-      vertex_block(gradient, now.pairs[k].vertices[static_cast<std::size_t>(a)]) +=
-          parts[k].segment<3>(3 * a);
-    }
-  }
-}
-
-void SelfContact::add_blocks(const Way& way, bool convex, std::vector<PairMatrix>& parts,
-                             SurfaceBlocks& blocks) const {
-  if (convex) {
-    parallel_for(static_cast<Index>(parts.size()), kSelfGrain, [&](Index begin, Index end) {
-      for (std::size_t k = place(begin); k < place(end); ++k) {
-        const int size = 3 * way.pairs[k].size();
-        Matrix part = parts[k].topLeftCorner(size, size);
-        make_semidefinite(part);
-        parts[k].topLeftCorner(size, size) = part;
-      }
-    });
-  }
-  for (std::size_t k = 0; k < parts.size(); ++k) {
-    const Pair& pair = way.pairs[k];
-    for (int a = 0; a < pair.size(); ++a) {
-      const Index i = pair.vertices[static_cast<std::size_t>(a)];
-      blocks.add(i, parts[k].block<3, 3>(3 * a, 3 * a));
-      for (int b = a + 1; b < pair.size(); ++b) {
-        blocks.add_pair(i, pair.vertices[static_cast<std::size_t>(b)],
-                        parts[k].block<3, 3>(3 * a, 3 * b));
-      }
-    }
-  }
+  add_mean_gradient_of(way(from, to).pairs, barrier_, from, to, gradient);
 }
 
 void SelfContact::add_hessian(const Vector& x, bool convex, SurfaceBlocks& blocks) const {
-  const Way& now = state(x);
-  auto parts = all_parts<PairMatrix>(now.pairs.size(), [&](std::size_t k) {
-    return pair_hessian(barrier_, now.pairs[k].pair, now.pairs[k].points(x));
-  });
-  add_blocks(now, convex, parts, blocks);
+  add_hessian_of(state(x).pairs, barrier_, x, convex, blocks);
 }
 
 void SelfContact::add_discrete_hessian(const Vector& from, const Vector& to, bool convex,
                                        SurfaceBlocks& blocks) const {
-  const Way& now = way(from, to);
-  auto parts = all_parts<PairMatrix>(now.pairs.size(), [&](std::size_t k) {
-    const Pair& pair = now.pairs[k];
-    return mean_pair_hessian(barrier_, pair.pair, pair.points(from), pair.points(to));
-  });
-  add_blocks(now, convex, parts, blocks);
+  add_mean_hessian_of(way(from, to).pairs, barrier_, from, to, convex, blocks);
 }
 
 double SelfContact::smallest_gap(const Vector& x) const {
   double smallest = std::numeric_limits<double>::infinity();
-  for (const Pair& pair : state(x).pairs) {
-    smallest = std::min(smallest, std::sqrt(pair_distance(pair.pair.kind, pair.points(x)).squared));
-  }
+  for (const MovingPair& moving : state(x).pairs) smallest = std::min(smallest, moving.distance(x));
   return smallest;
 }
 
 void SelfContact::vertex_gaps(const Vector& x, Vector& gaps) const {
   gaps.setConstant(x.size() / 3, std::numeric_limits<double>::infinity());
-  for (const Pair& pair : state(x).pairs) {
-    const double d = std::sqrt(pair_distance(pair.pair.kind, pair.points(x)).squared);
+  for (const MovingPair& moving : state(x).pairs) {
+    const double d = moving.distance(x);
     if (!(d < barrier_.thickness)) continue;
-    for (int k = 0; k < pair.size(); ++k) {
-      double& gap = gaps[pair.vertices[static_cast<std::size_t>(k)]];
-      gap = std::min(gap, d);
-    }
+    for (const Index i : moving.own()) gaps[i] = std::min(gaps[i], d);
   }
 }
 
 void SelfContact::add_support(const Vector& x, double /*reach*/, SurfaceBlocks& blocks) const {
   const double stiffness = barrier_.stiffness / barrier_.thickness;
-  for (const Pair& pair : state(x).pairs) {
-    if (pair.pair.weight <= 0.0) continue;
-    const PairDistance distance = pair_distance(pair.pair.kind, pair.points(x));
+  for (const MovingPair& moving : state(x).pairs) {
+    if (moving.pair.weight <= 0.0) continue;
+    const PairDistance distance = pair_distance(moving.pair.kind, moving.points(x));
     const Vector3 n = distance.difference.normalized();
-    const Matrix3 block = pair.pair.weight * stiffness * n * n.transpose();
-    for (int a = 0; a < pair.size(); ++a) {
-      const Index i = pair.vertices[static_cast<std::size_t>(a)];
+    const Matrix3 block = moving.pair.weight * stiffness * n * n.transpose();
+    for (int a = 0; a < moving.count; ++a) {
+      const Index i = moving.vertices[place(a)];
       blocks.add(i, distance.weights[a] * distance.weights[a] * block);
-      for (int b = a + 1; b < pair.size(); ++b) {
-        blocks.add_pair(i, pair.vertices[static_cast<std::size_t>(b)],
+      for (int b = a + 1; b < moving.count; ++b) {
+        blocks.add_pair(i, moving.vertices[place(b)],
                         distance.weights[a] * distance.weights[b] * block);
       }
     }
@@ -434,20 +321,16 @@ void SelfContact::add_support(const Vector& x, double /*reach*/, SurfaceBlocks& 
 // a vertex feels.
 void SelfContact::approaching(const Vector& x, const Vector& v, double reach,
                               std::vector<Approach>& found) const {
-  const Near near = find_near(x, x, reach);
-  const auto add = [&](const Pair& pair) {
-    const PairDistance distance = pair_distance(pair.pair.kind, pair.points(x));
+  for (const MovingPair& moving : pairs_of(find_near(x, x, reach))) {
+    const PairDistance distance = pair_distance(moving.pair.kind, moving.points(x));
     const double d = std::sqrt(distance.squared);
-    if (d > reach) return;
-    const Vector3 rate = pair.points(v) * distance.weights;
+    if (d > reach) continue;
+    const Vector3 rate = moving.moves(v) * distance.weights;
     const double speed = d > 0.0 ? -distance.difference.dot(rate) / d : 0.0;
-    for (int k = 0; k < pair.size(); ++k) {
-      const Index i = pair.vertices[static_cast<std::size_t>(k)];
+    for (const Index i : moving.own()) {
       found.push_back({i, 2.0 * surface_.areas[place(i)], d, speed});
     }
-  };
-  for (const auto& [i, t] : near.vertex_faces) add(vertex_face(i, t));
-  for (const auto& [e, f] : near.edge_edges) add(edge_edge(e, f));
+  }
 }
 
 // Friction between bodies is not there.

@@ -2,11 +2,12 @@
 #pragma once
 
 #include <array>
+#include <span>
 #include <vector>
 
 #include "dynamics/contact/box_tree.h"
+#include "dynamics/contact/moving_pairs.h"
 #include "dynamics/contact/obstacle_contact.h"
-#include "dynamics/contact/pair_potential.h"
 
 namespace tetraction {
 
@@ -51,12 +52,6 @@ class SelfContact final : public ObstacleContact {
                    std::vector<Approach>& found) const override;
 
  private:
-  struct Pair {
-    ContactPair pair;
-    std::array<Index, 4> vertices{};
-    int size() const { return pair_size(pair.kind); }
-    PairPoints points(const Vector& x) const;
-  };
   // Numbers of a vertex and a triangle, or of two edges.
   using Candidates = std::vector<std::array<Index, 2>>;
   struct Near {
@@ -67,7 +62,7 @@ class SelfContact final : public ObstacleContact {
   struct Way {
     Vector from;
     Vector to;
-    std::vector<Pair> pairs;
+    std::vector<MovingPair> pairs;
     bool checked = false;  // whether `penetrating` is known
     Index penetrating = -1;
   };
@@ -75,20 +70,16 @@ class SelfContact final : public ObstacleContact {
   bool may_touch(Index a, Index b) const;
   void refit(const Vector& from, const Vector& to) const;
   Near find_near(const Vector& from, const Vector& to, double reach) const;
-  Pair vertex_face(Index vertex, Index triangle) const;
-  Pair edge_edge(Index edge, Index other) const;
-  void add_pairs_of(Index vertex, const std::array<Index, 2>* faces, std::size_t count,
-                    const Vector& from, const Vector& to, std::vector<Pair>& pairs) const;
+  MovingPair vertex_face(Index vertex, Index triangle) const;
+  MovingPair edge_edge(Index edge, Index other) const;
+  std::vector<MovingPair> pairs_of(const Near& near) const;
+  void add_pairs_of(Index vertex, std::span<const std::array<Index, 2>> faces, const Vector& from,
+                    const Vector& to, std::vector<MovingPair>& pairs) const;
   const Way& state(const Vector& x) const;
   const Way& way(const Vector& from, const Vector& to) const;
   void prepare(Way& way, const Vector& from, const Vector& to) const;
   Index find_penetrating_vertex(const Vector& x) const;
-  std::vector<Pair> pairs_on_way(const Vector& from, const Vector& to) const;
-  // first_touch() of each pair on the way from x to x + d.
-  std::vector<double> free_parts(const std::vector<Pair>& pairs, const Vector& x,
-                                 const Vector& d) const;
-  void add_blocks(const Way& way, bool convex, std::vector<PairMatrix>& parts,
-                  SurfaceBlocks& blocks) const;
+  std::vector<MovingPair> pairs_on_way(const Vector& from, const Vector& to) const;
 
   ContactSurface surface_;
   std::vector<Index> body_of_;
