@@ -34,15 +34,9 @@ void add_vertex_places(Index vertex, double area, const std::vector<FeatureForce
   const double scale = area * total / positive;
   for (const FeatureForce& f : forces) {
     if (!(f.force > 0.0)) continue;
-    ContactPlace place;
-    place.point.count = 1;
-    place.point.vertices[0] = vertex;
-    place.point.weights[0] = 1.0;
-    place.point.normal = f.normal;
-    place.point.force = scale * f.force;
-    place.point.stiffness = scale * std::max(0.0, f.stiffness);
-    place.feature = f.feature;
-    places.push_back(place);
+    places.push_back(
+        {place_of_vertex(vertex, f.normal, scale * f.force, scale * std::max(0.0, f.stiffness)),
+         f.feature});
   }
 }
 
@@ -53,7 +47,7 @@ void merge_places(ContactPoint& sum, const ContactPoint& other) {
   const Vector3 normal = (1.0 - share) * sum.normal + share * other.normal;
   const double length = normal.norm();
   if (length > 0.0) sum.normal = normal / length;
-  for (std::size_t k = 0; k < 3; ++k) {
+  for (std::size_t k = 0; k < sum.weights.size(); ++k) {
     sum.weights[k] = (1.0 - share) * sum.weights[k] + share * other.weights[k];
   }
   sum.force = force;

@@ -29,15 +29,39 @@ class SurfaceBlocks {
   virtual void add_pair(Index i, Index j, const Matrix3& block) = 0;
 };
 
-/// A place where the surface touches the obstacle: the point Σ w_i x_i of up to three vertices.
+/// A place of contact. Where the surface touches an obstacle it is the point Σ w_i x_i of some vertices, with Σ w_i = 1.
+/// Where it touches itself, Σ w_i x_i is the difference of a point on the first side and one on the second side, and
+/// Σ w_i = 0. In both cases the sides slip with the tangential part of
+///
+///     u = Σ (w_i + L_i) v_i,
+///
+/// and a force F on the first side in the direction of slip means the forces (w_i + L_i)ᵀ F on the vertices. The L_i take
+/// from the velocity what comes from the rotation of both sides together (slip_of_face()); they are zero for obstacles.
 struct ContactPoint {
-  int count = 0;                      ///< number of vertices
-  std::array<Index, 3> vertices{};    ///< numbers of the surface
-  std::array<double, 3> weights{};    ///< w_i; their sum is 1
-  Vector3 normal = Vector3::UnitX();  ///< of the obstacle, towards the body; length 1
-  double force = 0.0;                 ///< λ ≥ 0 along the normal, N
-  double stiffness = 0.0;             ///< −∂λ/∂d ≥ 0 with the distance d, N/m
+  static constexpr int kMost = 5;       ///< vertices
+  int count = 0;                        ///< number of vertices
+  std::array<Index, kMost> vertices{};  ///< numbers of the surface
+  std::array<double, kMost> weights{};  ///< w_i
+  bool has_turns = false;               ///< whether any L_i is not zero
+  std::array<Matrix3, kMost> turns;     ///< L_i, if there are any
+  Vector3 normal =
+      Vector3::UnitX();    ///< of the obstacle or the second side, towards the first; length 1
+  double force = 0.0;      ///< λ ≥ 0 along the normal, N
+  double stiffness = 0.0;  ///< −∂λ/∂d ≥ 0 with the distance d, N/m
 };
+
+/// The place where one vertex touches an obstacle.
+inline ContactPoint place_of_vertex(Index vertex, const Vector3& normal, double force,
+                                    double stiffness) {
+  ContactPoint place;
+  place.count = 1;
+  place.vertices[0] = vertex;
+  place.weights[0] = 1.0;
+  place.normal = normal;
+  place.force = force;
+  place.stiffness = stiffness;
+  return place;
+}
 
 /// A vertex of a pair of surface and obstacle that is near the obstacle.
 struct Approach {

@@ -40,6 +40,17 @@ SelfContact::SelfContact(ContactSurface surface, std::vector<Index> body_of, boo
     }
     return all;
   };
+  for (std::size_t t = 0; t < surface_.triangles.size(); ++t) {
+    const auto& [a, b, c] = surface_.triangles[t];
+    const auto face = static_cast<Index>(t);
+    for (const Index i : {a, b, c}) {
+      face_of_.push_back({{i, i}, face});
+    }
+    for (const auto& [i, j] : {std::pair{a, b}, std::pair{b, c}, std::pair{c, a}}) {
+      face_of_.push_back({{std::min(i, j), std::max(i, j)}, face});
+    }
+  }
+  std::sort(face_of_.begin(), face_of_.end());
   triangles_ = BoxTree(boxes(surface_.triangles));
   edges_ = BoxTree(boxes(surface_.edges));
 }
@@ -332,10 +343,5 @@ void SelfContact::approaching(const Vector& x, const Vector& v, double reach,
     }
   }
 }
-
-// Friction between bodies is not there.
-void SelfContact::contact_points(const Vector&, std::vector<ContactPoint>&) const {}
-void SelfContact::mean_contact_points(const Vector&, const Vector&,
-                                      std::vector<ContactPoint>&) const {}
 
 }  // namespace tetraction

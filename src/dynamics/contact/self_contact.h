@@ -3,6 +3,7 @@
 
 #include <array>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "dynamics/contact/box_tree.h"
@@ -80,11 +81,19 @@ class SelfContact final : public ObstacleContact {
   void prepare(Way& way, const Vector& from, const Vector& to) const;
   Index find_penetrating_vertex(const Vector& x) const;
   std::vector<MovingPair> pairs_on_way(const Vector& from, const Vector& to) const;
+  const std::array<Index, 3>& face_of(Index vertex, Index other) const;
+  ContactPoint place_of(const MovingPair& pair, const PairWeights& weights,
+                        const Vector3& difference, const Vector& x) const;
+  template <class ForceOf>
+  void append_places(const std::vector<MovingPair>& pairs, const Vector& x, const ForceOf& force_of,
+                     std::vector<ContactPoint>& points) const;
 
   ContactSurface surface_;
   std::vector<Index> body_of_;
   bool within_bodies_;
   Barrier barrier_;
+  // An edge, or a vertex twice, and each of the triangles that have it; sorted.
+  std::vector<std::pair<std::array<Index, 2>, Index>> face_of_;
   mutable BoxTree triangles_, edges_;
   mutable Way state_;
   mutable Way way_;

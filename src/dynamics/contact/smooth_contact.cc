@@ -261,12 +261,8 @@ void SmoothContact::contact_points(const Vector& x, std::vector<ContactPoint>& p
     for (const SmoothWall& wall : walls_) {
       const double d = wall.distance(place);
       if (d >= barrier_.thickness) continue;
-      points.push_back({1,
-                        {v, 0, 0},
-                        {1.0, 0.0, 0.0},
-                        wall.normal(place),
-                        -area(v) * barrier_.slope(d),
-                        area(v) * barrier_.curvature(d)});
+      points.push_back(place_of_vertex(v, wall.normal(place), -area(v) * barrier_.slope(d),
+                                       area(v) * barrier_.curvature(d)));
     }
   }
 }
@@ -283,12 +279,9 @@ void SmoothContact::mean_contact_points(const Vector& from, const Vector& to,
       const Vector3 n = wall.mean_normal(a, b);
       const double length = n.norm();
       if (!(length > 0.0)) continue;
-      points.push_back({1,
-                        {v, 0, 0},
-                        {1.0, 0.0, 0.0},
-                        n / length,
-                        -area(v) * length * barrier_.mean_slope(before, after),
-                        area(v) * length * barrier_.mean_slope_rate(before, after)});
+      points.push_back(place_of_vertex(v, n / length,
+                                       -area(v) * length * barrier_.mean_slope(before, after),
+                                       area(v) * length * barrier_.mean_slope_rate(before, after)));
     }
   }
 }
