@@ -334,6 +334,30 @@ TEST(Contact, ForetellsHowLongNothingComesNear) {
   }
 }
 
+// A forecast whose limit knows of a vertex that comes fast is not valid for longer than now, although the vertex is
+// farther away than what rests. What rests near a layer may begin to move.
+TEST(Contact, ForeseesWhatIsFastAndWhatMayBeginToMove) {
+  const TetMesh mesh = touching_box(false);
+  const Vector rest = mesh.rest_positions();
+  const Vector mass = Vector::Ones(mesh.vertex_count());
+  constexpr double kStep = 1e-3;
+  Obstacle obstacle = obstacle_around_box(mesh, PlaneShape{{0.0, 0.0, 0.0}, {0, 1, 0}});
+  const double d = obstacle.thickness;
+  const auto forecast = [&](double depth, double speed) {
+    obstacle.shape = PlaneShape{{0.0, -depth, 0.0}, {0, 1, 0}};
+    const Contact contact(mesh, {obstacle});
+    const Vector fall = Vector3(0.0, -speed, 0.0).replicate(mesh.vertex_count(), 1);
+    return contact.impact_forecast({mass, rest, 0.0}, fall, 1e6, 0.05, kStep);
+  };
+  const double fast = d / kStep;
+  EXPECT_LT(forecast(2.5 * d, fast).limit, 0.05);
+  EXPECT_EQ(forecast(2.5 * d, fast).valid_for, 0.0);
+  EXPECT_EQ(forecast(1.6 * d, 0.0).limit, 0.05);
+  EXPECT_GT(forecast(1.6 * d, 0.0).valid_for, kStep);
+  EXPECT_LT(forecast(1.6 * d, 0.0).valid_for, 4.0 * kStep);
+  EXPECT_GT(forecast(3.0 * d, 0.0).valid_for, 15.0 * kStep);
+}
+
 TEST(Contact, HasNoForceWhereNothingIsNear) {
   const TetMesh mesh = touching_box(false);
   const Contact contact(mesh,
