@@ -234,6 +234,30 @@ TEST_P(Contacts, CutWaysWhereTheObstacleSeesThem) {
 INSTANTIATE_TEST_SUITE_P(Cases, Contacts, testing::ValuesIn(contact_cases()),
                          [](const auto& test) { return test.param.name; });
 
+// A body that jumps over a ball and a plate: the ball has an inside, and must not hide the plate.
+TEST(Contact, FindsWhatIsCrossedWithoutAnInside) {
+  const TetMesh mesh = touching_box(false);
+  const Vector rest = mesh.rest_positions();
+  const Vector mass = Vector::Ones(mesh.vertex_count());
+  Vector beyond = rest;
+  for (Index v = 0; v < mesh.vertex_count(); ++v) beyond[3 * v + 1] -= 8.0;
+  const ForcePoint from{mass, rest, 0.0};
+  const ForcePoint to{mass, beyond, 0.0};
+  Obstacle ball = obstacle_around_box(mesh, SphereShape{{0.1, -2.0, 0.1}, 1.0, false});
+  ball.name = "ball";
+  const Obstacle plate = obstacle_around_box(
+      mesh, MeshShape{{{-9, -4, -9}, {9, -4, -9}, {9, -4, 9}, {-9, -4, 9}}, {{0, 1, 2}, {0, 2, 3}}});
+  const Contact both(mesh, {ball, plate});
+  const auto first = both.crossing(from, to);
+  ASSERT_TRUE(first.has_value());
+  EXPECT_EQ(first->obstacle, 0U);
+  const auto crossed = both.crossing_without_inside(from, to);
+  ASSERT_TRUE(crossed.has_value());
+  EXPECT_EQ(crossed->obstacle, 1U);
+  EXPECT_FALSE(Contact(mesh, {ball}).crossing_without_inside(from, to).has_value());
+  EXPECT_FALSE(both.crossing_without_inside(from, from).has_value());
+}
+
 // Of a uniform pressure: every vertex has the same −U′, and the forces are those of a pressure on the face.
 TEST(Contact, HasTheAreasOfTheFaces) {
   for (const bool is_quadratic : {false, true}) {
