@@ -246,7 +246,8 @@ TEST(Contact, FindsWhatIsCrossedWithoutAnInside) {
   Obstacle ball = obstacle_around_box(mesh, SphereShape{{0.1, -2.0, 0.1}, 1.0, false});
   ball.name = "ball";
   const Obstacle plate = obstacle_around_box(
-      mesh, MeshShape{{{-9, -4, -9}, {9, -4, -9}, {9, -4, 9}, {-9, -4, 9}}, {{0, 1, 2}, {0, 2, 3}}});
+      mesh,
+      MeshShape{{{-9, -4, -9}, {9, -4, -9}, {9, -4, 9}, {-9, -4, 9}}, {{0, 1, 2}, {0, 2, 3}}});
   const Contact both(mesh, {ball, plate});
   const auto first = both.crossing(from, to);
   ASSERT_TRUE(first.has_value());

@@ -316,9 +316,8 @@ class EnergyMomentumStepper : public ImplicitStepper {
   bool passes_obstacle(const State& from, const State& to, StepOutcome& outcome) {
     const Contact* contact = system_.contact();
     if (contact == nullptr) return false;
-    const auto crossing =
-        contact->crossing_without_inside(system_.force_point(from.position, from.time),
-                                         system_.force_point(to.position, to.time));
+    const auto crossing = contact->crossing_without_inside(
+        system_.force_point(from.position, from.time), system_.force_point(to.position, to.time));
     if (!crossing) return false;
     const Obstacle& obstacle = contact->obstacle(crossing->obstacle);
     outcome.status = StepStatus::kNotConverged;
