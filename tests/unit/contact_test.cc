@@ -234,6 +234,31 @@ TEST_P(Contacts, CutWaysWhereTheObstacleSeesThem) {
 INSTANTIATE_TEST_SUITE_P(Cases, Contacts, testing::ValuesIn(contact_cases()),
                          [](const auto& test) { return test.param.name; });
 
+// A body that jumps over a ball and a plate: the ball has an inside, and must not hide the plate.
+TEST(Contact, FindsWhatIsCrossedWithoutAnInside) {
+  const TetMesh mesh = touching_box(false);
+  const Vector rest = mesh.rest_positions();
+  const Vector mass = Vector::Ones(mesh.vertex_count());
+  Vector beyond = rest;
+  for (Index v = 0; v < mesh.vertex_count(); ++v) beyond[3 * v + 1] -= 8.0;
+  const ForcePoint from{mass, rest, 0.0};
+  const ForcePoint to{mass, beyond, 0.0};
+  Obstacle ball = obstacle_around_box(mesh, SphereShape{{0.1, -2.0, 0.1}, 1.0, false});
+  ball.name = "ball";
+  const Obstacle plate = obstacle_around_box(
+      mesh,
+      MeshShape{{{-9, -4, -9}, {9, -4, -9}, {9, -4, 9}, {-9, -4, 9}}, {{0, 1, 2}, {0, 2, 3}}});
+  const Contact both(mesh, {ball, plate});
+  const auto first = both.crossing(from, to);
+  ASSERT_TRUE(first.has_value());
+  EXPECT_EQ(first->obstacle, 0U);
+  const auto crossed = both.crossing_without_inside(from, to);
+  ASSERT_TRUE(crossed.has_value());
+  EXPECT_EQ(crossed->obstacle, 1U);
+  EXPECT_FALSE(Contact(mesh, {ball}).crossing_without_inside(from, to).has_value());
+  EXPECT_FALSE(both.crossing_without_inside(from, from).has_value());
+}
+
 // Of a uniform pressure: every vertex has the same −U′, and the forces are those of a pressure on the face.
 TEST(Contact, HasTheAreasOfTheFaces) {
   for (const bool is_quadratic : {false, true}) {
@@ -332,6 +357,30 @@ TEST(Contact, ForetellsHowLongNothingComesNear) {
     EXPECT_NEAR(moving.impact_forecast({mass, rest, 0.0}, fall, 1e6, 0.05, kStep).valid_for,
                 std::min(16.0 * kStep, left / 66.0), 1e-9);
   }
+}
+
+// A forecast whose limit knows of a vertex that comes fast is not valid for longer than now, although the vertex is
+// farther away than what rests. What rests near a layer may begin to move.
+TEST(Contact, ForeseesWhatIsFastAndWhatMayBeginToMove) {
+  const TetMesh mesh = touching_box(false);
+  const Vector rest = mesh.rest_positions();
+  const Vector mass = Vector::Ones(mesh.vertex_count());
+  constexpr double kStep = 1e-3;
+  Obstacle obstacle = obstacle_around_box(mesh, PlaneShape{{0.0, 0.0, 0.0}, {0, 1, 0}});
+  const double d = obstacle.thickness;
+  const auto forecast = [&](double depth, double speed) {
+    obstacle.shape = PlaneShape{{0.0, -depth, 0.0}, {0, 1, 0}};
+    const Contact contact(mesh, {obstacle});
+    const Vector fall = Vector3(0.0, -speed, 0.0).replicate(mesh.vertex_count(), 1);
+    return contact.impact_forecast({mass, rest, 0.0}, fall, 1e6, 0.05, kStep);
+  };
+  const double fast = d / kStep;
+  EXPECT_LT(forecast(2.5 * d, fast).limit, 0.05);
+  EXPECT_EQ(forecast(2.5 * d, fast).valid_for, 0.0);
+  EXPECT_EQ(forecast(1.6 * d, 0.0).limit, 0.05);
+  EXPECT_GT(forecast(1.6 * d, 0.0).valid_for, kStep);
+  EXPECT_LT(forecast(1.6 * d, 0.0).valid_for, 4.0 * kStep);
+  EXPECT_GT(forecast(3.0 * d, 0.0).valid_for, 15.0 * kStep);
 }
 
 TEST(Contact, HasNoForceWhereNothingIsNear) {

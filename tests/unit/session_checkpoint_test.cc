@@ -114,6 +114,32 @@ TEST_P(AutomaticCheckpoints, ContinuedAndRestoredRunsHaveTheSameBits) {
   expect_same(continued, restored);
 }
 
+// A body at rest that is thrown at a floor comes into its layer sooner than the forecast of the limit says. Both runs
+// look at the layer again after the checkpoint.
+TEST_P(AutomaticCheckpoints, HaveTheSameStepsBesideAnObstacle) {
+  Scene scene = scene_of({GeneratorKind::kBox, {0.2, 0.2, 0.2}, {3, 3, 3}}, elastic(1e5, 0.4));
+  scene.time = {GetParam(), 1e-3, true, 0.5};
+  ObstacleSettings floor;
+  floor.name = "floor";
+  const double thickness = 7e-3;
+  floor.thickness = thickness;
+  floor.point = {0.0, -2.1 * thickness, 0.0};
+  scene.obstacle.push_back(floor);
+  const double step = Session(scene, mesh_of(scene)).time_step();
+  // In 16 steps, for which the forecast is valid, it falls by 1.6 layers.
+  scene.environment = gravity(3.2 * thickness / (256.0 * step * step));
+  Session continued(scene, mesh_of(scene));
+  make_steps(continued, 14);
+  const Checkpoint checkpoint = continued.checkpoint();
+  Session restored(scene, mesh_of(scene));
+  restored.restore(checkpoint);
+  make_steps(continued, 40);
+  make_steps(restored, 40);
+  EXPECT_GT(continued.balance().sums().obstacles[0].linear.y(), 0.0);
+  EXPECT_LT(continued.time_step(), step);
+  expect_same(continued, restored);
+}
+
 INSTANTIATE_TEST_SUITE_P(Rules, AutomaticCheckpoints,
                          testing::Values(Integrator::kVerlet, Integrator::kExplicit),
                          [](const auto& test) { return to_string(test.param); });

@@ -111,9 +111,11 @@ TEST_P(ObstacleEdits, ThatAreRefusedChangeNothing) {
   ObstacleSettings no_amplitude = belt;
   no_amplitude.amplitude = "none";
   ObstacleSettings same_name = plane_obstacle("belt", {0.0, -1.0, 0.0});
-  for (const Edit& edit : {Edit(SetObstacle{0, through}), Edit(SetObstacle{0, no_normal}),
-                           Edit(SetObstacle{0, no_amplitude}), Edit(SetObstacle{{}, same_name}),
-                           Edit(SetObstacle{2, belt}), Edit(RemoveObstacle{1})}) {
+  const ObstacleSettings wall = plane_obstacle("wall", {0.0, -1.0, 0.0});
+  for (const Edit& edit :
+       {Edit(SetObstacle{0, through}), Edit(SetObstacle{0, no_normal}),
+        Edit(SetObstacle{0, no_amplitude}), Edit(SetObstacle{{}, same_name}),
+        Edit(SetObstacle{1, wall}), Edit(SetObstacle{2, belt}), Edit(RemoveObstacle{1})}) {
     EXPECT_THROW(session.apply(edit), InputError);
     EXPECT_EQ(session.settings().obstacles.size(), 1U);
     EXPECT_EQ(session.system().contact()->size(), 1U);

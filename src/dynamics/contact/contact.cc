@@ -274,33 +274,48 @@ void Contact::add_discrete_hessian(const ForcePoint& from, const ForcePoint& to,
   }
 }
 
+Index Contact::Unit::crossing_vertex(const ForcePoint& from, const ForcePoint& to,
+                                     const std::vector<Index>* only) const {
+  const Vector start = local(from);
+  Vector way = local(to) - start;
+  if (only != nullptr) {
+    Index i = 0;
+    for (const Index v : surface.vertices) {
+      if (!std::binary_search(only->begin(), only->end(), v)) vertex_block(way, i).setZero();
+      ++i;
+    }
+  }
+  const double longest = part_until_touch(*law, start, way);
+  if (!(longest < 1.0)) return -1;
+  // The vertex that is nearest to the obstacle where the way ends.
+  Vector gaps;
+  law->vertex_gaps(start + 0.999 * longest * way, gaps);
+  Index nearest = -1;
+  for (Index i = 0; i < gaps.size(); ++i) {
+    if (only != nullptr && vertex_block(way, i).isZero(0.0)) continue;
+    if (nearest < 0 || gaps[i] < gaps[nearest]) nearest = i;
+  }
+  return nearest < 0 ? -1 : surface.vertices[static_cast<std::size_t>(nearest)];
+}
+
 std::optional<Contact::Crossing> Contact::crossing(const ForcePoint& from, const ForcePoint& to,
                                                    const std::vector<Index>* only) const {
   for (std::size_t k = 0; k < units_.size(); ++k) {
     const Unit& unit = units_[k];
     const bool is_convex = unit.smooth != nullptr && unit.smooth->has_convex_side();
     if (is_convex && only == nullptr && unit.penetrating_vertex(to) < 0) continue;
-    const Vector start = unit.local(from);
-    Vector way = unit.local(to) - start;
-    if (only != nullptr) {
-      Index i = 0;
-      for (const Index v : unit.surface.vertices) {
-        if (!std::binary_search(only->begin(), only->end(), v)) vertex_block(way, i).setZero();
-        ++i;
-      }
-    }
-    const double longest = part_until_touch(*unit.law, start, way);
-    if (!(longest < 1.0)) continue;
-    // The vertex that is nearest to the obstacle where the way ends.
-    Vector gaps;
-    unit.law->vertex_gaps(start + 0.999 * longest * way, gaps);
-    Index nearest = -1;
-    for (Index i = 0; i < gaps.size(); ++i) {
-      if (only != nullptr && vertex_block(way, i).isZero(0.0)) continue;
-      if (nearest < 0 || gaps[i] < gaps[nearest]) nearest = i;
-    }
-    if (nearest < 0) continue;
-    return Crossing{k, unit.surface.vertices[static_cast<std::size_t>(nearest)]};
+    const Index vertex = unit.crossing_vertex(from, to, only);
+    if (vertex >= 0) return Crossing{k, vertex};
+  }
+  return std::nullopt;
+}
+
+std::optional<Contact::Crossing> Contact::crossing_without_inside(const ForcePoint& from,
+                                                                  const ForcePoint& to) const {
+  for (std::size_t k = 0; k < units_.size(); ++k) {
+    if (units_[k].smooth != nullptr) continue;
+    const Index vertex = units_[k].crossing_vertex(from, to, nullptr);
+    if (vertex >= 0) return Crossing{k, vertex};
   }
   return std::nullopt;
 }

@@ -44,6 +44,10 @@ struct Contact::Unit {
   }
   /// The first vertex of the mesh that penetrates, or −1.
   Index penetrating_vertex(const ForcePoint& at) const;
+  /// The vertex of the mesh that is nearest to the obstacle where the way between two states first touches it; −1 if it
+  /// does not. See Contact::crossing() for `only`.
+  Index crossing_vertex(const ForcePoint& from, const ForcePoint& to,
+                        const std::vector<Index>* only) const;
   /// The sum of minus these vectors as forces at these positions of all vertices.
   ObstacleForce resultant(const Matrix3& rotation, const Vector& local,
                           const Vector& position) const;

@@ -43,6 +43,7 @@ Contact::ImpactForecast Contact::impact_forecast(const ForcePoint& at, const Vec
   constexpr double kHorizon = 16.0;  // steps
   constexpr double kNear = 1.5;      // times the thickness, inside which all vertices are looked at
   constexpr double kFaster = 2.0;    // what is far may come to be so much faster
+  constexpr double kWay = 0.5;  // times the thickness, which what rests may move until the horizon
   const double horizon = kHorizon * step;
   ImpactForecast forecast{critical_step, horizon};
   std::vector<Approach> found;
@@ -61,20 +62,18 @@ Contact::ImpactForecast Contact::impact_forecast(const ForcePoint& at, const Vec
         largest = std::max(largest, vertex_block(each, i).squaredNorm());
       }
     }
-    largest = kFaster * std::sqrt(largest);
     const Barrier layer{unit.obstacle.thickness, unit.obstacle.stiffness};
+    largest = std::max(kFaster * std::sqrt(largest), kWay * layer.thickness / horizon);
     const double near = kNear * layer.thickness;
     found.clear();
     unit.law->approaching(x, velocity, near + horizon * largest, found);
     for (const Approach& each : found) {
-      if (each.distance > near && largest > 0.0) {
-        forecast.valid_for = std::min(forecast.valid_for, (each.distance - near) / largest);
-      } else {
-        forecast.valid_for = 0.0;
-      }
+      const double way = std::max(0.0, each.distance - near);
+      forecast.valid_for = std::min(forecast.valid_for, way / largest);
       const double speed = std::max(0.0, each.speed);
       const double mass = at.mass[unit.surface.vertices[static_cast<std::size_t>(each.vertex)]];
       if (each.distance >= layer.thickness + 2.0 * step * speed) continue;
+      forecast.valid_for = 0.0;
       const double area = unit.surface.areas[static_cast<std::size_t>(each.vertex)];
       const double pressed =
           pressed_distance(layer, each.distance, 0.5 * mass / each.weight * speed * speed,

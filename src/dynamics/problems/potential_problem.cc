@@ -10,6 +10,7 @@
 
 #include "dynamics/constraints/constraint_potential.h"
 #include "dynamics/contact/friction_step.h"
+#include "dynamics/terms/followed_loads.h"
 #include "tetraction/core/parallel.h"
 #include "tetraction/dynamics/body_sums.h"
 #include "tetraction/dynamics/contact/contact.h"
@@ -253,7 +254,9 @@ void PotentialProblem::term_hessian(const Vector& u, HessianForm form,
   }
   if (constraint_potential_ != nullptr) constraint_potential_->add_hessian(u, form, hessian);
   if (!with_load_stiffness_ || form == HessianForm::kConvex) return;
-  load_stiffness(u, load_stiffness_);
+  // Without the friction, because it may make the Hessian indefinite, of which GMRES gains nothing.
+  load_stiffness_ = LoadStiffness(load_weight_);
+  add_stiffness_of_loads(system_, load_point(at_), load_stiffness_);
   load_stiffness_.add_symmetric_part(hessian);
 }
 

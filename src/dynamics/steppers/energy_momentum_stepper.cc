@@ -316,11 +316,10 @@ class EnergyMomentumStepper : public ImplicitStepper {
   bool passes_obstacle(const State& from, const State& to, StepOutcome& outcome) {
     const Contact* contact = system_.contact();
     if (contact == nullptr) return false;
-    const auto crossing = contact->crossing(system_.force_point(from.position, from.time),
-                                            system_.force_point(to.position, to.time));
+    const auto crossing = contact->crossing_without_inside(
+        system_.force_point(from.position, from.time), system_.force_point(to.position, to.time));
     if (!crossing) return false;
     const Obstacle& obstacle = contact->obstacle(crossing->obstacle);
-    if (!std::holds_alternative<MeshShape>(obstacle.shape)) return false;
     outcome.status = StepStatus::kNotConverged;
     outcome.message = fmt::format(
         "the solution that was found passes through the obstacle \"{}\" with vertex {}: take "

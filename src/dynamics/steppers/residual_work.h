@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "dynamics/problems/energy_momentum_problem.h"
+#include "tetraction/dynamics/contact/contact.h"
 #include "tetraction/dynamics/state.h"
 
 namespace tetraction {
@@ -19,14 +20,15 @@ class ResidualWork {
   /// To be called before the first measure() of a step from this state, which must live until the last one.
   void begin(const State& from) {
     from_ = &from;
-    knows_elastic_ = false;
+    knows_stored_ = false;
   }
   /// Measures what r at u adds (3 per vertex each).
   void measure(const Vector& u, const Vector& residual);
 
   /// The energy of the last measure(), J.
   double energy() const { return energy_; }
-  /// Its magnitude relative to the energies of the step. The elastic energy is that of the first call in a step.
+  /// Its magnitude relative to the kinetic energies, and the elastic energy and that of contact at the end, of the
+  /// step. The stored energies are those of the first call in a step.
   double energy_share();
   /// The magnitude of the angular momentum relative to those of the vertices, Σ m |x × v|.
   double angular_share() const { return angular_share_; }
@@ -40,8 +42,9 @@ class ResidualWork {
   double energy_ = 0.0;
   double kinetic_ = 0.0;  // twice the kinetic energies, J
   double angular_share_ = 0.0;
-  bool knows_elastic_ = false;
-  double elastic_ = 0.0;  // magnitude of the elastic energy at the end of the step, J
+  bool knows_stored_ = false;
+  double stored_ =
+      0.0;  // magnitude of the elastic energy and that of contact at the end of the step, J
 };
 
 inline void ResidualWork::measure(const Vector& u, const Vector& residual) {
@@ -67,16 +70,20 @@ inline void ResidualWork::measure(const Vector& u, const Vector& residual) {
 }
 
 inline double ResidualWork::energy_share() {
-  constexpr double kLittle = 1e-13;  // below which the elastic energy does not matter
+  constexpr double kLittle = 1e-13;  // below which the stored energy does not matter
   if (!(kinetic_ > 0.0)) return 0.0;
   if (std::abs(energy_) <= kLittle * kinetic_) return std::abs(energy_) / kinetic_;
-  if (!knows_elastic_) {
+  if (!knows_stored_) {
     const Vector end = 2.0 * positions_ - from_->position;
     double energy = 0.0;
-    elastic_ = system_.elastic_energy(end, energy).ok() ? std::abs(energy) : 0.0;
-    knows_elastic_ = true;
+    stored_ = system_.elastic_energy(end, energy).ok() ? std::abs(energy) : 0.0;
+    if (const Contact* contact = system_.contact(); contact != nullptr) {
+      const double layers = contact->energy(step_.end_point(end));
+      if (std::isfinite(layers)) stored_ += layers;
+    }
+    knows_stored_ = true;
   }
-  return std::abs(energy_) / (kinetic_ + elastic_);
+  return std::abs(energy_) / (kinetic_ + stored_);
 }
 
 }  // namespace tetraction

@@ -1,10 +1,26 @@
 #include "followed_loads.h"
 
+#include <algorithm>
+
 #include "dynamics/contact/friction_step.h"
+#include "tetraction/core/parallel.h"
 #include "tetraction/dynamics/contact/contact.h"
 #include "tetraction/dynamics/nodal_volume/nodal_volume.h"
 
 namespace tetraction {
+namespace {
+
+constexpr Index kVerticesAtOnce = 1024;
+
+}  // namespace
+
+void add_stiffness_of_loads(const MechanicalSystem& system, const ForcePoint& at,
+                            LoadStiffness& stiffness) {
+  for (const ForceTerm* term : system.force_terms()) {
+    if (!term->has_load() || !term->load_depends_on_position()) continue;
+    term->add_load_stiffness(at, stiffness);
+  }
+}
 
 EvaluationStatus FollowedLoads::residual(const Vector& u, Vector& residual) const {
   const EvaluationStatus status = problem_.residual(u, residual);
@@ -14,6 +30,7 @@ EvaluationStatus FollowedLoads::residual(const Vector& u, Vector& residual) cons
 
 EvaluationStatus FollowedLoads::linearize(const Vector& u) {
   point_ = u;
+  knows_tangent_ = false;
   problem_.take_friction(u);
   // The whole stiffness of the loads comes in place of its symmetric part.
   problem_.set_with_load_stiffness(false);
@@ -28,12 +45,37 @@ void FollowedLoads::multiply(const Vector& d, Vector& product) const {
   const MinimizationProblem::HessianParts parts = problem_.hessian_parts(point_);
   problem_.positions(point_, position_);
   product = parts.diagonal.cwiseProduct(d);
-  system.elastic().product(position_, d, elastic_);
-  product += elastic_;
+  add_stiffness_product(d, product);
   if (parts.volume != nullptr) parts.volume->add_product(position_, d, product);
-  if (problem_.viscous().factor() != 0.0) add_viscous_product(d, product);
   terms_.add_product(d, product);
   stiffness_.add_product(d, product);
+}
+
+void FollowedLoads::add_stiffness_product(const Vector& d, Vector& product) const {
+  const ElasticPotential& elastic = problem_.system().elastic();
+  if (!TangentOperator<double>::supports(elastic)) {
+    elastic.product(position_, d, elastic_);
+    product += elastic_;
+    if (problem_.viscous().factor() != 0.0) add_viscous_product(d, product);
+    return;
+  }
+  if (!knows_tangent_) {
+    if (!tangent_) tangent_ = std::make_unique<TangentOperator<double>>(elastic);
+    tangent_->set(position_, problem_.viscous(), problem_.step_displacement(point_));
+    knows_tangent_ = true;
+  }
+  constexpr Index kRecord = ElementBlocks::kRecordSize;
+  const Index count = d.size() / 3;
+  records_.resize(static_cast<std::size_t>(kRecord * count), 0.0);
+  for (Index v = 0; v < count; ++v) {
+    std::copy_n(d.data() + 3 * v, 3, records_.data() + kRecord * v);
+  }
+  tangent_->multiply(records_.data());
+  parallel_for(count, kVerticesAtOnce, [&](Index begin, Index end) {
+    for (Index v = begin; v < end; ++v) {
+      vertex_block(product, v) += tangent_->record_sum(v).head<3>();
+    }
+  });
 }
 
 void FollowedLoads::add_viscous_product(const Vector& d, Vector& product) const {
@@ -81,10 +123,7 @@ void PotentialProblem::add_load_deviation(const Vector& u, Vector& residual) con
 void PotentialProblem::load_stiffness(const Vector& u, LoadStiffness& stiffness) const {
   stiffness = LoadStiffness(load_weight_);
   at_ = origin_ + u;
-  for (const ForceTerm* term : system_.force_terms()) {
-    if (!term->has_load() || !term->load_depends_on_position()) continue;
-    term->add_load_stiffness(load_point(at_), stiffness);
-  }
+  add_stiffness_of_loads(system_, load_point(at_), stiffness);
   if (!has_friction()) return;
   velocity_ = ((origin_ - previous_) + u) / step_;
   FrictionStep present = *friction_;

@@ -144,8 +144,8 @@ Obstacle make_obstacle(const ObstacleSettings& settings, const ObstacleStart& st
 
 std::vector<BodyObstacle> initial_obstacles(const Scene& scene, const MechanicalSystem& system) {
   std::vector<BodyObstacle> obstacles;
-  for (std::size_t i = 0; i < scene.obstacle.size(); ++i) {
-    set_obstacle(obstacles, i, scene.obstacle[i], 0.0, scene.amplitude, system);
+  for (const ObstacleSettings& settings : scene.obstacle) {
+    add_obstacle(obstacles, settings, 0.0, system);
   }
   return obstacles;
 }
@@ -158,22 +158,16 @@ bool may_touch_obstacles(const Scene& scene) {
   return !scene.obstacle.empty() || std::any_of(scene.event.begin(), scene.event.end(), adds);
 }
 
-void set_obstacle(std::vector<BodyObstacle>& obstacles, std::size_t number,
-                  const ObstacleSettings& settings, double time,
-                  const std::vector<AmplitudeSettings>& amplitudes,
-                  const MechanicalSystem& system) {
-  if (number > obstacles.size()) {
-    throw InputError(fmt::format("obstacle number {} does not exist: there are {}, counted from 0.",
-                                 number, obstacles.size()));
-  }
-  if (number == obstacles.size()) {
-    BodyObstacle added{settings};
-    added.start.time = time;
-    added.start.stiffness = least_modulus(system);
-    obstacles.push_back(std::move(added));
-    return;
-  }
-  BodyObstacle& obstacle = obstacles[number];
+void add_obstacle(std::vector<BodyObstacle>& obstacles, const ObstacleSettings& settings,
+                  double time, const MechanicalSystem& system) {
+  BodyObstacle added{settings};
+  added.start.time = time;
+  added.start.stiffness = least_modulus(system);
+  obstacles.push_back(std::move(added));
+}
+
+void change_obstacle(BodyObstacle& obstacle, const ObstacleSettings& settings, double time,
+                     const std::vector<AmplitudeSettings>& amplitudes) {
   if (!has_same_motion(obstacle.settings, settings)) {
     ObstacleStart& start = obstacle.start;
     const ObstacleMotion motion =

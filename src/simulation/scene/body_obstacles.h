@@ -23,11 +23,13 @@ std::shared_ptr<const Contact> make_contact(const std::vector<BodyObstacle>& obs
                                             const MechanicalSystem& system,
                                             const Contact* earlier = nullptr);
 
-/// The obstacle with that number with other settings from this time on; `number` may be that of a new one. Throws
-/// InputError if there is none.
-void set_obstacle(std::vector<BodyObstacle>& obstacles, std::size_t number,
-                  const ObstacleSettings& settings, double time,
-                  const std::vector<AmplitudeSettings>& amplitudes, const MechanicalSystem& system);
+/// Adds an obstacle whose motion begins at this time.
+void add_obstacle(std::vector<BodyObstacle>& obstacles, const ObstacleSettings& settings,
+                  double time, const MechanicalSystem& system);
+
+/// Gives an obstacle other settings from this time on. Throws InputError.
+void change_obstacle(BodyObstacle& obstacle, const ObstacleSettings& settings, double time,
+                     const std::vector<AmplitudeSettings>& amplitudes);
 
 /// Moves masses of vertices that may touch an obstacle into the body (contact.mass). Throws InputError.
 void move_contact_masses(const Scene& scene, MechanicalSystem& system);

@@ -54,11 +54,7 @@ struct SettingsEditor {
     constraints.other_settings[edit.index].reset();
   }
   void operator()(const SetObstacle& edit) {
-    const std::size_t number = edit.index.value_or(settings.obstacles.size());
-    if (number > settings.obstacles.size()) refuse();
-    if (number == settings.obstacles.size()) settings.obstacles.emplace_back();
-    settings.obstacles[number].settings = edit.entry;
-    settings.obstacles[number].removed = false;
+    set_entry(settings.obstacles, edit.index, BodyObstacle{edit.entry});
   }
   void operator()(const RemoveObstacle& edit) {
     if (edit.index >= settings.obstacles.size()) refuse();

@@ -149,7 +149,7 @@ struct SelectionCheck {
   }
   void operator()(const SetObstacle& edit) const {
     std::vector<BodyObstacle> added;
-    set_obstacle(added, 0, edit.entry, 0.0, amplitudes, system);
+    add_obstacle(added, edit.entry, 0.0, system);
     make_contact(added, amplitudes, system);
   }
   void operator()(const ShiftState& edit) const { check_shift(edit.change, system.mesh()); }

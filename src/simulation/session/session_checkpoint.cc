@@ -181,6 +181,7 @@ Checkpoint Session::checkpoint() {
     renew_stepper(s.run);
   } else {
     s.run.memory.tracker.reset();
+    s.run.memory.impact = {};
   }
   // The modes are vectors over the free coordinates of a part, which another number of parts could not use.
   if (s.run.system->part() != nullptr) s.run.progress.plan.automatic.modes = {};

@@ -254,13 +254,14 @@ struct Editor {
   }
   void operator()(const SetObstacle& edit) {
     std::vector<BodyObstacle>& all = settings.obstacles;
-    const std::size_t number = edit.index.value_or(all.size());
-    if (number < all.size()) {
-      undo.keep_entry(all, number);
-    } else if (!edit.index) {
+    if (edit.index) {
+      require_index(all, *edit.index, "obstacle");
+      undo.keep_entry(all, *edit.index);
+      change_obstacle(all[*edit.index], edit.entry, state.time, amplitudes);
+    } else {
+      add_obstacle(all, edit.entry, state.time, system);
       undo.remove_last(all);
     }
-    set_obstacle(all, number, edit.entry, state.time, amplitudes, system);
     renew_contact("With this change the body");
   }
   void operator()(const RemoveObstacle& edit) {

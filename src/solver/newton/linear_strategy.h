@@ -16,6 +16,8 @@ struct NewtonSystem {
   const Vector& gradient;  ///< ∇Φ(x) or another right-hand side, 3 per vertex
   double forcing;
   bool has_new_matrix = true;  ///< false: ∇²Φ(x) is that of the last system
+  /// Whether an iteration begins with it. One that does not tells nothing about the progress of Newton's method.
+  bool begins_iteration = true;
 };
 
 /// An approximate solution of a NewtonSystem, and what is known about it.

@@ -26,7 +26,9 @@ bool MatrixFreeStrategy::find(const NewtonSystem& system, MinimizerReport& repor
     leave_matrix();
     failed = solve_in(double_precision());
   }
-  choice_.end_iteration(direction.curvature.found(), system.problem.has_inertia());
+  if (system.begins_iteration) {
+    choice_.end_iteration(direction.curvature.found(), system.problem.has_inertia());
+  }
   return !failed || !choice_.is_automatic();
 }
 

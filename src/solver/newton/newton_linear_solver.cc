@@ -30,7 +30,7 @@ bool NewtonLinearSolver::find(const NewtonSystem& system, MinimizerReport& repor
   if (system.has_new_matrix) matrix_free_.leave_matrix();
   direction.curvature = {};
   direction.is_safe = direction.is_definite = false;
-  if (choice_.begin_iteration(report.residual)) factor_.forget();
+  if (system.begins_iteration && choice_.begin_iteration(report.residual)) factor_.forget();
   const bool is_exact = choice_.takes_exact_factor();
   bool found = false;
   if (is_exact && system_.part() == nullptr) {

@@ -103,7 +103,8 @@ class NewtonRootFinder : public RootFinder {
   bool is_refined() const { return is_refined_; }
 
   Iterate at_;
-  Vector direction_;  // 3 per vertex
+  Vector direction_;       // 3 per vertex
+  bool is_probe_ = false;  // whether the present direction judges a trial point
 
  private:
   void iterate(RootProblem& problem, MinimizerReport& report) {
@@ -113,7 +114,7 @@ class NewtonRootFinder : public RootFinder {
     int slow = 0;
     double refined_from =
         std::numeric_limits<double>::infinity();  // residual of the last refinement
-    is_refined_ = keeps_derivative_ = false;
+    is_refined_ = keeps_derivative_ = is_probe_ = false;
     while (!is_small_enough(report, first_may_do)) {
       if (report.iterations >= options_.max_iterations) {
         report.termination = Termination::kIterationLimit;
@@ -190,9 +191,11 @@ class NewtonRootFinder : public RootFinder {
         return true;
       }
       at_.force = trial.force;
+      is_probe_ = true;
       const bool shorter = find_direction(problem, kForcing, report) &&
                            direction_.norm() <= (1.0 - 0.25 * t) * length;
       at_.force = start.force;
+      is_probe_ = false;
       if (shorter) {
         at_ = std::move(trial);
         return true;
@@ -283,6 +286,7 @@ class KrylovRootFinder : public NewtonRootFinder {
                       MinimizerReport& report) override {
     constexpr int kDirections = 50;  // that are found with the factor before it is left again
     constexpr double kFewestUseful = 1e-5;  // of relative residuals: the next iteration gains more
+    begins_iteration_ = !is_probe_;
     if (with_factor_ > 0) {
       --with_factor_;
       return factor_->find(problem, at_, forcing, report, direction_);
@@ -321,8 +325,9 @@ class KrylovRootFinder : public NewtonRootFinder {
   // preconditioned_ ≈ −H⁻¹ right.
   bool solve_with_hessian(const RootProblem& problem, const Vector& right, double forcing,
                           MinimizerReport& report) {
-    const NewtonSystem system{problem.approximation(), point_, right, forcing, has_new_matrix_};
-    has_new_matrix_ = false;
+    const NewtonSystem system{problem.approximation(), point_,           right, forcing,
+                              has_new_matrix_,         begins_iteration_};
+    has_new_matrix_ = begins_iteration_ = false;
     return linear_.find(system, report, preconditioned_);
   }
 
@@ -346,8 +351,6 @@ class KrylovRootFinder : public NewtonRootFinder {
           found =
               found && solve_with_hessian(problem, right_,
                                           std::clamp(0.5 * forcing, kTightest, kLoosest), inner);
-          // The solvers take a residual that does not fall for slow progress.
-          inner.residual *= 0.1;
           z = found ? restrict_displacement(coordinates, preconditioned_.d) : y;
         },
         forcing, most, free_);
@@ -369,11 +372,12 @@ class KrylovRootFinder : public NewtonRootFinder {
   NewtonLinearSolver linear_;
   std::unique_ptr<FactorGmres> factor_;
   bool may_choose_;
-  int with_factor_ = 0;         // directions to be found with the factor
-  int with_gmres_ = 0;          // … and with GMRES, although H might serve alone
-  bool is_simple_ = false;      // whether H serves alone for the present direction
-  Vector point_;                // u of the linearisation
-  bool has_new_matrix_ = true;  // and whether the linear solvers do not know it yet
+  int with_factor_ = 0;           // directions to be found with the factor
+  int with_gmres_ = 0;            // … and with GMRES, although H might serve alone
+  bool is_simple_ = false;        // whether H serves alone for the present direction
+  Vector point_;                  // u of the linearisation
+  bool has_new_matrix_ = true;    // and whether the linear solvers do not know it yet
+  bool begins_iteration_ = true;  // with the next solve
   const Vector& mass_;
   Vector reduced_mass_;
   Vector free_;  // direction_ over the free coordinates

@@ -75,6 +75,10 @@ class Contact : public ForceTerm {
   /// The first one, if there is one. With `only`, sorted, all other vertices go with the obstacle.
   std::optional<Crossing> crossing(const ForcePoint& from, const ForcePoint& to,
                                    const std::vector<Index>* only = nullptr) const;
+  /// The first one of an obstacle without an inside, whose potential is the same on both of its sides. States at which
+  /// undefined_vertex() finds nothing may lie on two sides of it.
+  std::optional<Crossing> crossing_without_inside(const ForcePoint& from,
+                                                  const ForcePoint& to) const;
   /// Moves vertices of x, the positions at the end of a way that begins at `from`, so that the way crosses no
   /// obstacle. `to` has the time of x. Returns whether anything was moved.
   bool clear_way(const ForcePoint& from, const ForcePoint& to, Vector& x) const;
