@@ -412,11 +412,13 @@ void SelfContact::vertex_gaps(const Vector& x, Vector& gaps) const {
   }
 }
 
-void SelfContact::add_support(const Vector& x, double /*reach*/, SurfaceBlocks& blocks) const {
+void SelfContact::add_support(const Vector& x, double reach, SurfaceBlocks& blocks) const {
+  constexpr double kFarthest = 10.0;  // times the thickness
+  const double farthest = std::min(reach, kFarthest * barrier_.thickness);
   const double stiffness = barrier_.stiffness / barrier_.thickness;
-  for (const Pair& pair : state(x).pairs) {
-    if (pair.pair.weight <= 0.0) continue;
+  const auto add = [&](const Pair& pair) {
     const PairDistance distance = pair_distance(pair.pair.kind, pair.points(x));
+    if (!(distance.squared < farthest * farthest)) return;
     const Vector3 n = distance.difference.normalized();
     const Matrix3 block = pair.pair.weight * stiffness * n * n.transpose();
     for (int a = 0; a < pair.size(); ++a) {
@@ -427,7 +429,10 @@ void SelfContact::add_support(const Vector& x, double /*reach*/, SurfaceBlocks& 
                         distance.weights[a] * distance.weights[b] * block);
       }
     }
-  }
+  };
+  const Near near = find_near(x, x, farthest);
+  for (const auto& [i, t] : near.vertex_faces) add(vertex_face(i, t));
+  for (const auto& [e, f] : near.edge_edges) add(edge_edge(e, f));
 }
 
 // The sides of a pair come nearer with the rate of their distance. Both may move, which doubles the stiffness that
