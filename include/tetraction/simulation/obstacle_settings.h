@@ -53,9 +53,23 @@ struct ObstacleSettings {
   std::string where{};               ///< place in the scene, for messages
 };
 
-/// What the contact with all obstacles has in common.
+/// Which parts of the body's surface may touch each other.
+enum class ContactBetween { kNone, kBodies, kAll };
+template <>
+struct EnumNames<ContactBetween> {
+  static constexpr std::array names{"none", "bodies", "all"};
+  static constexpr const char* noun = "a choice of what may touch";
+};
+
+/// Contact of bodies with each other and with themselves (dynamics/contact/contact.h), and what all contact has in
+/// common.
 struct ContactSettings {
-  /// The share of their mass that the vertices which may touch an obstacle keep; above 0, at most 1. The rest moves to
+  ContactBetween between = ContactBetween::kNone;
+  std::optional<double> thickness{};  ///< m; default: a tenth of the mean edge, or the smallest gap
+  std::optional<double> stiffness{};  ///< Pa; default: Young's modulus of the softest material
+  double friction = 0.0;              ///< must be zero: friction is for obstacles only
+  Selection select = SelectAll{};     ///< the faces that may touch each other
+  /// The share of their mass that the vertices which may touch something keep; above 0, at most 1. The rest moves to
   /// vertices inside the body (dynamics/contact/moved_masses.h).
   double mass = 1.0;
 };

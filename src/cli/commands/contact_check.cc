@@ -5,6 +5,7 @@
 #include <random>
 
 #include "mesh/bounding_box.h"
+#include "mesh/mesh_pieces.h"
 #include "tetraction/dynamics/contact/contact.h"
 
 namespace tetraction {
@@ -21,16 +22,11 @@ struct ErrorSums {
 class ContactCheck {
  public:
   explicit ContactCheck(const MechanicalSystem& system)
-      : system_(system), contact_(*system.contact()), thickness_(contact_.obstacle(0).thickness) {
-    for (std::size_t i = 1; i < contact_.size(); ++i) {
-      thickness_ = std::min(thickness_, contact_.obstacle(i).thickness);
-    }
-  }
+      : system_(system), contact_(*system.contact()), thickness_(contact_.least_thickness()) {}
 
-  // q moved by a part of `way` to where the first obstacle on it is half of a layer away, or nothing.
-  std::optional<Vector> beside_obstacle(const Vector& q, const Vector3& way) const {
+  // q moved by a part of `all` to where the first obstacle or body on the way is half of a layer away, or nothing.
+  std::optional<Vector> in_layer(const Vector& q, const Vector& all) const {
     constexpr int kHalvings = 200;
-    const Vector all = way.replicate(system_.vertex_count(), 1);
     const double touch = contact_.longest_step(point(q), all);
     if (!(touch < 1.0)) return std::nullopt;
     double low = 0.0;
@@ -119,15 +115,32 @@ std::optional<DerivativeErrors> check_contact_derivatives(const MechanicalSystem
   constexpr double kReach = 1e3;  // sizes of the body
   if (system.contact() == nullptr) return std::nullopt;
   ContactCheck check(system);
-  const double length = kReach * bounding_box(system.mesh()).diagonal();
+  const double size = bounding_box(system.mesh()).diagonal();
   bool any = false;
+  const auto go = [&](const Vector& way) {
+    const auto x = check.in_layer(q, way);
+    if (!x) return;
+    check.compare(*x);
+    any = true;
+  };
   for (const double sign : {-1.0, 1.0}) {
     for (Index axis = 0; axis < 3; ++axis) {
-      const auto x = check.beside_obstacle(q, sign * length * Vector3::Unit(axis));
-      if (!x) continue;
-      check.compare(*x);
-      any = true;
+      go((sign * kReach * size * Vector3::Unit(axis)).replicate(system.vertex_count(), 1));
     }
+  }
+  if (system.contact()->between() != nullptr) {
+    // All bodies come together, towards the middle of all vertices.
+    Vector3 middle = Vector3::Zero();
+    for (Index v = 0; v < system.vertex_count(); ++v) middle += vertex_block(q, v);
+    middle /= static_cast<double>(system.vertex_count());
+    Vector inwards(q.size());
+    for (const MeshPiece& body : mesh_pieces(system.mesh())) {
+      Vector3 center = Vector3::Zero();
+      for (const Index v : body.vertices) center += vertex_block(q, v);
+      center /= static_cast<double>(body.vertices.size());
+      for (const Index v : body.vertices) vertex_block(inwards, v) = middle - center;
+    }
+    go(inwards);
   }
   if (!any) return std::nullopt;
   return check.errors();

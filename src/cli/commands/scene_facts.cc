@@ -273,6 +273,14 @@ std::string mechanism_line(const Mechanism& mechanism) {
 void print_obstacles(const MechanicalSystem& system) {
   const Contact* contact = system.contact();
   if (contact == nullptr) return;
+  if (const BodyContact* between = contact->between(); between != nullptr) {
+    print_result("contact between {}: thickness {:.4g} m, stiffness {:.4g} Pa; {} may touch\n",
+                 between->within_bodies ? "all parts of the surface"
+                                        : count_text(contact->body_count(), "body", "bodies"),
+                 between->thickness, between->stiffness,
+                 triangles_text(static_cast<Index>(between->surface.size())));
+  }
+  if (contact->size() == 0) return;
   print_result("obstacles:\n");
   for (std::size_t i = 0; i < contact->size(); ++i) {
     const Obstacle& obstacle = contact->obstacle(i);

@@ -108,7 +108,9 @@ void TurnedBlocks::add_pair(Index i, Index j, const Matrix3& block) {
   target_.add_pair(number(i), number(j), turned(block));
 }
 
-Contact::Contact(const TetMesh& mesh, std::vector<Obstacle> obstacles, const Contact* earlier) {
+Contact::Contact(const TetMesh& mesh, std::vector<Obstacle> obstacles, const Contact* earlier,
+                 std::optional<BodyContact> between)
+    : obstacle_count_(obstacles.size()), between_(std::move(between)) {
   for (Obstacle& obstacle : obstacles) {
     check_obstacle(obstacle);
     Unit unit;
@@ -134,15 +136,16 @@ Contact::Contact(const TetMesh& mesh, std::vector<Obstacle> obstacles, const Con
     unit.obstacle = std::move(obstacle);
     units_.push_back(std::move(unit));
   }
+  if (!between_) return;
+  units_.push_back(earlier != nullptr && earlier->between_ == between_
+                       ? earlier->units_.back()
+                       : Unit::between(mesh, *between_));
+  body_count_ = units_.back().body_count();
 }
 
 Contact::~Contact() = default;
 Contact::Contact(Contact&&) noexcept = default;
 Contact& Contact::operator=(Contact&&) noexcept = default;
-
-std::size_t Contact::size() const {
-  return units_.size();
-}
 
 const Obstacle& Contact::obstacle(std::size_t i) const {
   return units_.at(i).obstacle;
@@ -404,7 +407,8 @@ ObstacleForce Contact::Unit::resultant(const Matrix3& rotation, const Vector& lo
 
 std::vector<ObstacleForce> Contact::forces(const ForcePoint& at) const {
   std::vector<ObstacleForce> result;
-  for (const Unit& unit : units_) {
+  for (std::size_t k = 0; k < size(); ++k) {
+    const Unit& unit = units_[k];
     const ObstacleFrame frame = unit.frame(at);
     if (unit.smooth == nullptr) {
       result.push_back(unit.resultant(frame.rotation, unit.gradient(unit.local(frame, at.position)),
@@ -426,35 +430,13 @@ std::vector<ObstacleForce> Contact::mean_forces(const ForcePoint& from,
                                                 const ForcePoint& to) const {
   std::vector<ObstacleForce> result;
   const Vector middle = 0.5 * (from.position + to.position);
-  for (const Unit& unit : units_) {
+  for (std::size_t k = 0; k < size(); ++k) {
+    const Unit& unit = units_[k];
     const Matrix3 rotation = middle_rotation(unit.obstacle.motion, from.time, to.time);
     result.push_back(
         unit.resultant(rotation, unit.mean_gradient(unit.local(from), unit.local(to)), middle));
   }
   return result;
-}
-
-std::vector<Contact::Penetration> Contact::penetrations(const ForcePoint& at) const {
-  std::vector<Penetration> found;
-  for (std::size_t k = 0; k < units_.size(); ++k) {
-    const Unit& unit = units_[k];
-    const Vector x = unit.local(at);
-    const Index first = unit.law->penetrating_vertex(x);
-    if (first < 0) continue;
-    Vector gaps;
-    unit.law->vertex_gaps(x, gaps);
-    bool any = false;
-    for (Index i = 0; i < gaps.size(); ++i) {
-      if (gaps[i] > 0.0) continue;
-      found.push_back({k, unit.surface.vertices[static_cast<std::size_t>(i)], -gaps[i]});
-      any = true;
-    }
-    if (!any) {
-      found.push_back({k, unit.surface.vertices[static_cast<std::size_t>(first)],
-                       std::numeric_limits<double>::quiet_NaN()});
-    }
-  }
-  return found;
 }
 
 }  // namespace tetraction

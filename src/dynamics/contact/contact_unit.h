@@ -1,4 +1,4 @@
-// An obstacle of a body with its surface, in both frames.
+// An obstacle of a body with its surface, in both frames, or the contact of bodies with each other.
 #pragma once
 
 #include <memory>
@@ -9,12 +9,20 @@
 
 namespace tetraction {
 
-/// One obstacle.
+/// One obstacle. The contact of bodies with each other is one, too, which is at rest.
 struct Contact::Unit {
-  Obstacle obstacle;
+  Obstacle obstacle;  // of bodies: with the layer
   ContactSurface surface;
   std::shared_ptr<const ObstacleContact> law;
   const SmoothContact* smooth = nullptr;  // `law`, if it is one
+  std::vector<Index> body_of;             // the body of each vertex; empty for obstacles
+
+  /// The contact of bodies. Throws InputError.
+  static Unit between(const TetMesh& mesh, const BodyContact& bodies);
+  bool is_between_bodies() const { return !body_of.empty(); }
+  Index body_count() const;
+  /// What is inside another body, or touches one. `x` are positions of the surface.
+  std::vector<Penetration> body_penetrations(std::size_t number, const Vector& x) const;
 
   ObstacleFrame frame(const ForcePoint& at) const {
     return frame_at(obstacle.motion, at.time, at.load_factor);

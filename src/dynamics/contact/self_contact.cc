@@ -310,11 +310,13 @@ void SelfContact::vertex_gaps(const Vector& x, Vector& gaps) const {
   }
 }
 
-void SelfContact::add_support(const Vector& x, double /*reach*/, SurfaceBlocks& blocks) const {
+void SelfContact::add_support(const Vector& x, double reach, SurfaceBlocks& blocks) const {
+  constexpr double kFarthest = 10.0;  // times the thickness
+  const double farthest = std::min(reach, kFarthest * barrier_.thickness);
   const double stiffness = barrier_.stiffness / barrier_.thickness;
-  for (const MovingPair& moving : state(x).pairs) {
-    if (moving.pair.weight <= 0.0) continue;
+  for (const MovingPair& moving : pairs_of(find_near(x, x, farthest))) {
     const PairDistance distance = pair_distance(moving.pair.kind, moving.points(x));
+    if (!(distance.squared < farthest * farthest)) continue;
     const Vector3 n = distance.difference.normalized();
     const Matrix3 block = moving.pair.weight * stiffness * n * n.transpose();
     for (int a = 0; a < moving.count; ++a) {

@@ -42,7 +42,7 @@ class SelfContact final : public ObstacleContact {
   Index penetrating_vertex(const Vector& x) const override;
   double longest_step(const Vector& x, const Vector& d) const override;
   void clear_way(const Vector& from, Vector& x) const override;
-  /// Springs between vertices and the faces that they touch. A finite `reach` is at most the thickness.
+  /// Springs between features that are nearer to each other than `reach` and ten times the thickness.
   void add_support(const Vector& x, double reach, SurfaceBlocks& blocks) const override;
   double smallest_gap(const Vector& x) const override;
   void vertex_gaps(const Vector& x, Vector& gaps) const override;

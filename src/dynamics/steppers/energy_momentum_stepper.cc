@@ -311,20 +311,18 @@ class EnergyMomentumStepper : public ImplicitStepper {
     to.position = from.position + h * to.velocity;
   }
 
-  // The potential of contact has the same values on both sides of a surface of triangles. The other obstacles have an
-  // inside, where no step can end.
+  // The potential of contact has the same values on both sides of a surface of triangles, and of other bodies. The
+  // other obstacles have an inside, where no step can end.
   bool passes_obstacle(const State& from, const State& to, StepOutcome& outcome) {
     const Contact* contact = system_.contact();
     if (contact == nullptr) return false;
     const auto crossing = contact->crossing_without_inside(
         system_.force_point(from.position, from.time), system_.force_point(to.position, to.time));
     if (!crossing) return false;
-    const Obstacle& obstacle = contact->obstacle(crossing->obstacle);
     outcome.status = StepStatus::kNotConverged;
     outcome.message = fmt::format(
-        "the solution that was found passes through the obstacle \"{}\" with vertex {}: take "
-        "smaller steps",
-        obstacle.name, system_.mesh().vertex_id(crossing->vertex));
+        "the solution that was found passes through {} with vertex {}: take smaller steps",
+        contact->partner(crossing->obstacle), system_.mesh().vertex_id(crossing->vertex));
     return true;
   }
 

@@ -26,20 +26,17 @@ inline std::string note_on_limit(const MechanicalSystem& system, const Vector& b
          "-ln(margin) without bound: take a smaller step or another rule";
 }
 
-/// A remark where a body squeezes the layer of an obstacle to almost nothing.
+/// A remark where a body squeezes a layer of contact to almost nothing.
 inline std::string note_on_layer(const MechanicalSystem& system, const State& from) {
   constexpr double kThin = 1e-2;
   const Contact* contact = system.contact();
   if (contact == nullptr) return {};
   const double gap = contact->smallest_gap(system.force_point(from.position, from.time));
-  for (std::size_t i = 0; i < contact->size(); ++i) {
-    if (!(gap < kThin * contact->obstacle(i).thickness)) continue;
-    return fmt::format(
-        "; the gap between body and obstacles is {:.1g} m: the layer of an obstacle is too weak "
-        "for this impact, so raise obstacle.stiffness or obstacle.thickness",
-        gap);
-  }
-  return {};
+  if (!(gap < kThin * contact->least_thickness())) return {};
+  return fmt::format(
+      "; the smallest gap is {:.1g} m: the layer of contact is too weak for this impact, so raise "
+      "the stiffness or the thickness of the obstacle, or of [contact]",
+      gap);
 }
 
 }  // namespace tetraction

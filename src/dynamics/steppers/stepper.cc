@@ -98,8 +98,10 @@ void Stepper::add_obstacle_impulses(const std::vector<ObstacleForce>& forces, do
 StepOutcome& Stepper::undefined(StepOutcome& outcome, const ForceTerm& term, Index vertex) const {
   outcome.status = StepStatus::kUndefined;
   if (&term == system_.contact() && vertex >= 0) {
+    const bool among_bodies = system_.contact()->between() != nullptr;
     outcome.message = "vertex " + std::to_string(system_.mesh().vertex_id(vertex)) +
-                      " would penetrate an obstacle or pass through it";
+                      " would penetrate an obstacle " + (among_bodies ? "or a body " : "") +
+                      "or pass through it";
     return outcome;
   }
   const std::string potential = "the potential of the force term \"" + term.name() + "\" is not ";

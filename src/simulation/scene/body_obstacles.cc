@@ -120,6 +120,17 @@ bool has_same_motion(const ObstacleSettings& a, const ObstacleSettings& b) {
          a.about == b.about && a.amplitude == b.amplitude && a.from == b.from && a.until == b.until;
 }
 
+std::vector<std::array<Index, 3>> faces_of(const TetMesh& mesh, const Selection& select) {
+  return std::holds_alternative<SelectAll>(without_name(select)) ? boundary_faces(mesh)
+                                                                 : select_triangles(mesh, select);
+}
+
+// The default thickness of a layer, as a share of the mean edge. The middles of the edges of quadratic tetrahedra are
+// vertices of the surface, too.
+double share_of_edge(const TetMesh& mesh) {
+  return mesh.is_quadratic() ? 0.05 : 0.1;
+}
+
 Obstacle make_obstacle(const ObstacleSettings& settings, const ObstacleStart& start,
                        const std::vector<AmplitudeSettings>& amplitudes,
                        const MechanicalSystem& system) {
@@ -130,12 +141,9 @@ Obstacle make_obstacle(const ObstacleSettings& settings, const ObstacleStart& st
   obstacle.motion = motion_of(settings, start, obstacle.shape, amplitudes);
   obstacle.friction = settings.friction;
   obstacle.slip_speed = settings.slip_speed;
-  obstacle.surface = std::holds_alternative<SelectAll>(without_name(settings.select))
-                         ? boundary_faces(mesh)
-                         : select_triangles(mesh, settings.select);
-  // The middles of the edges of quadratic tetrahedra are vertices of the surface, too.
-  const double share = mesh.is_quadratic() ? 0.05 : 0.1;
-  obstacle.thickness = settings.thickness.value_or(share * mean_edge(mesh, obstacle.surface));
+  obstacle.surface = faces_of(mesh, settings.select);
+  obstacle.thickness =
+      settings.thickness.value_or(share_of_edge(mesh) * mean_edge(mesh, obstacle.surface));
   obstacle.stiffness = settings.stiffness.value_or(start.stiffness);
   return obstacle;
 }
@@ -156,6 +164,50 @@ bool may_touch_obstacles(const Scene& scene) {
                        [](const Edit& edit) { return std::holds_alternative<SetObstacle>(edit); });
   };
   return !scene.obstacle.empty() || std::any_of(scene.event.begin(), scene.event.end(), adds);
+}
+
+std::optional<BodyContact> body_contact(const ContactSettings& settings,
+                                        const MechanicalSystem& system) {
+  constexpr double kLeastShare = 0.01;
+  check_settings(settings);
+  if (settings.friction != 0.0) {
+    throw InputError(fmt::format(
+        "contact.friction = {} is not possible: there is no friction between bodies. Leave it out, "
+        "or make one of the partners an [[obstacle]], which has `friction`.",
+        settings.friction));
+  }
+  const bool selects = !std::holds_alternative<SelectAll>(without_name(settings.select));
+  if (settings.between == ContactBetween::kNone) {
+    if (!settings.thickness && !settings.stiffness && !selects) return std::nullopt;
+    throw InputError(fmt::format(
+        "contact.{} is for contact between bodies, but contact.between is \"none\": set it to "
+        "\"bodies\" or \"all\", or give an [[obstacle]] its own {}.",
+        settings.thickness   ? "thickness"
+        : settings.stiffness ? "stiffness"
+                             : "select",
+        settings.thickness   ? "thickness"
+        : settings.stiffness ? "stiffness"
+                             : "select"));
+  }
+  const TetMesh& mesh = system.mesh();
+  BodyContact contact;
+  contact.within_bodies = settings.between == ContactBetween::kAll;
+  try {
+    contact.surface = faces_of(mesh, settings.select);
+  } catch (const InputError& error) {
+    throw InputError(fmt::format("contact.select: {}", error.what()));
+  }
+  contact.stiffness = settings.stiffness.value_or(least_modulus(system));
+  if (settings.thickness) {
+    contact.thickness = *settings.thickness;
+    return contact;
+  }
+  const double usual = share_of_edge(mesh) * mean_edge(mesh, contact.surface);
+  contact.thickness = usual;
+  const Contact at_rest(mesh, {}, nullptr, contact);
+  const double gap = at_rest.smallest_gap(system.force_point(mesh.rest_positions(), 0.0));
+  contact.thickness = std::clamp(gap, kLeastShare * usual, usual);
+  return contact;
 }
 
 void add_obstacle(std::vector<BodyObstacle>& obstacles, const ObstacleSettings& settings,
@@ -182,8 +234,8 @@ void change_obstacle(BodyObstacle& obstacle, const ObstacleSettings& settings, d
 
 std::shared_ptr<const Contact> make_contact(const std::vector<BodyObstacle>& all,
                                             const std::vector<AmplitudeSettings>& amplitudes,
-                                            const MechanicalSystem& system,
-                                            const Contact* earlier) {
+                                            const MechanicalSystem& system, const Contact* earlier,
+                                            std::optional<BodyContact> between) {
   std::set<std::string> names;
   std::vector<Obstacle> obstacles;
   for (const BodyObstacle& each : all) {
@@ -202,7 +254,9 @@ std::shared_ptr<const Contact> make_contact(const std::vector<BodyObstacle>& all
       throw InputError(message.rfind(place, 0) == 0 ? message : place + message);
     }
   }
-  return std::make_shared<const Contact>(system.mesh(), std::move(obstacles), earlier);
+  if (earlier != nullptr && earlier->between() != nullptr) between = *earlier->between();
+  return std::make_shared<const Contact>(system.mesh(), std::move(obstacles), earlier,
+                                         std::move(between));
 }
 
 void move_contact_masses(const Scene& scene, MechanicalSystem& system) {
@@ -210,8 +264,8 @@ void move_contact_masses(const Scene& scene, MechanicalSystem& system) {
   if (scene.contact.mass == 1.0) return;
   if (system.contact() == nullptr) {
     throw InputError(fmt::format(
-        "contact.mass = {} is a share of the mass of vertices that may touch an obstacle, but the "
-        "scene has no [[obstacle]]: leave it out.",
+        "contact.mass = {} is a share of the mass of vertices that may touch something, but the "
+        "scene has neither an [[obstacle]] nor contact.between: leave it out.",
         scene.contact.mass));
   }
   system.set_masses(moved_masses(system, system.contact()->vertices(), scene.contact.mass));
@@ -224,7 +278,9 @@ void refuse_penetration(const MechanicalSystem& system, const Vector& position, 
       system.contact()->penetrations(system.force_point(position, time));
   if (all.empty()) return;
   constexpr std::size_t kNamed = 5;
+  const Contact& contact = *system.contact();
   const std::size_t obstacle = all.front().obstacle;
+  const bool is_body = obstacle == contact.size();
   std::string vertices;
   std::size_t count = 0;
   double deepest = 0.0;
@@ -236,27 +292,30 @@ void refuse_penetration(const MechanicalSystem& system, const Vector& position, 
     ++count;
     if (std::isfinite(each.depth)) deepest = std::max(deepest, each.depth);
   }
+  const std::string partner = contact.partner(obstacle);
+  const std::string apart =
+      is_body ? fmt::format(
+                    "Move the bodies apart, by contact.thickness = {:.3g} m or a little "
+                    "less, or leave this part of the surface out with contact.select.",
+                    contact.thickness(obstacle))
+              : "Move the body or the obstacle so that they are apart.";
   if (std::isnan(all.front().depth)) {
-    throw InputError(
-        fmt::format("{} has faces or edges that cross the obstacle \"{}\", the first at vertex {}. "
-                    "Move the body or the "
-                    "obstacle so that they are apart.",
-                    what, system.contact()->obstacle(obstacle).name,
-                    system.mesh().vertex_id(all.front().vertex)));
+    throw InputError(fmt::format("{} has faces or edges that cross {}, the first at vertex {}. {}",
+                                 what, partner, system.mesh().vertex_id(all.front().vertex),
+                                 apart));
   }
+  const std::string which = fmt::format("{} {} ({}{})", count, count == 1 ? "vertex" : "vertices",
+                                        vertices, count > kNamed ? ", ..." : "");
   if (deepest == 0.0) {
     throw InputError(fmt::format(
-        "{} has {} {} ({}{}) exactly on the obstacle \"{}\". Contact needs a gap: begin with the "
-        "obstacle {:.3g} m "
-        "away, where contact begins, or a little nearer.",
-        what, count, count == 1 ? "vertex" : "vertices", vertices, count > kNamed ? ", ..." : "",
-        system.contact()->obstacle(obstacle).name, system.contact()->obstacle(obstacle).thickness));
+        "{} has {} exactly on {}. Contact needs a gap: {}", what, which, partner,
+        is_body ? apart
+                : fmt::format("begin with the obstacle {:.3g} m away, where contact begins, or a "
+                              "little nearer.",
+                              contact.thickness(obstacle))));
   }
-  throw InputError(fmt::format(
-      "{} penetrates the obstacle \"{}\": {} {} ({}{}), up to {:.3g} m deep. Move the body or the "
-      "obstacle so that they are apart.",
-      what, system.contact()->obstacle(obstacle).name, count, count == 1 ? "vertex" : "vertices",
-      vertices, count > kNamed ? ", ..." : "", deepest));
+  throw InputError(fmt::format("{} penetrates {}: {}, up to {:.3g} m deep. {}", what, partner,
+                               which, deepest, apart));
 }
 
 void refuse_friction(const Scene& scene) {

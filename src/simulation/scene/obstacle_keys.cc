@@ -1,4 +1,4 @@
-// Keys of [[obstacle]].
+// Keys of [[obstacle]] and [contact].
 #include <fmt/format.h>
 
 #include <string>
@@ -208,16 +208,47 @@ SceneSection obstacle_section() {
 }
 
 SceneSection contact_section() {
-  return make_section<ContactSettings>(
+  using C = ContactSettings;
+  return make_section<C>(
       "contact",
-      {{{.name = "mass",
+      {{{.name = "between",
+         .help = "what of the surface may touch: `\"none\"` of it, different `\"bodies\"`, or "
+                 "`\"all\"` of it, so that a body touches itself, too",
+         .in_file = Written::kUnlessDefault,
+         .in_echo = Written::kUnlessDefault},
+        &C::between},
+       {{.name = "thickness",
+         .unit = "m",
+         .help = "the distance d̂ at which contact between bodies begins",
+         .range = kPositive,
+         .absent = "a tenth of the mean edge of the surface, or the smallest gap at rest if it is "
+                   "less"},
+        &C::thickness},
+       {{.name = "stiffness",
+         .unit = "Pa",
+         .help = "κ between bodies: at the pressure κ the layer is about half as thick as at rest",
+         .range = kPositive,
+         .absent = "Young's modulus of the softest material"},
+        &C::stiffness},
+       {{.name = "friction",
+         .help = "between bodies: must be 0, because only obstacles have friction",
+         .range = kNotNegative,
+         .in_file = Written::kUnlessDefault,
+         .in_echo = Written::kUnlessDefault},
+        &C::friction},
+       {{.name = "select",
+         .help = "the faces of the boundary that may touch each other",
+         .in_file = Written::kUnlessDefault,
+         .in_echo = Written::kUnlessDefault},
+        SelectionValue<C>()},
+       {{.name = "mass",
          .title = "Mass on contact",
          .help = "of implicit steps: the share of their mass that the vertices which may "
-                 "touch an obstacle keep; the rest moves to vertices inside",
+                 "touch something keep; the rest moves to vertices inside",
          .range = {.least = 0.0, .most = 1.0, .least_itself = false},
          .in_file = Written::kUnlessDefault,
          .in_echo = Written::kUnlessDefault},
-        &ContactSettings::mass}});
+        &C::mass}});
 }
 
 }  // namespace tetraction

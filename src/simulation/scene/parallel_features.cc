@@ -82,6 +82,9 @@ void refuse_what_parts_lack(const Scene& scene, Analysis analysis) {
   if (!scene.obstacle.empty()) {
     refuse(scene.obstacle.front().where, "[[obstacle]]", kLeaveObstacle);
   }
+  if (scene.contact.between != ContactBetween::kNone) {
+    refuse("", "contact.between", "leave it out");
+  }
   if (scene.contact.mass != 1.0) refuse("", "contact.mass", "leave it out");
   if (!scene.force_term.empty()) refuse("", "a force term of a program", "leave it out");
   for (const EventSettings& event : scene.event) {

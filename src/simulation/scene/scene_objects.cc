@@ -103,8 +103,10 @@ std::unique_ptr<MechanicalSystem> make_system(const Scene& scene, TetMesh mesh) 
                                                    scene.mesh.volume);
   put_sections(scene, *system, scene.amplitude);
   set_loads(scene, *system);
-  if (may_touch_obstacles(scene)) {
-    system->set_contact(make_contact(initial_obstacles(scene, *system), scene.amplitude, *system));
+  const std::optional<BodyContact> between = body_contact(scene.contact, *system);
+  if (between || may_touch_obstacles(scene)) {
+    system->set_contact(make_contact(initial_obstacles(scene, *system), scene.amplitude, *system,
+                                     nullptr, between));
   }
   move_contact_masses(scene, *system);
   for (const auto& term : scene.force_term) system->add_force_term(term);
@@ -267,6 +269,12 @@ void check_solver(Integrator integrator, const SolverSettings& solver,
         fmt::format("solver.kind = \"{}\" minimises, but a step of integrator = \"{}\" is no "
                     "minimisation: take solver.kind = \"newton\", or integrator = \"midpoint\".",
                     solver.kind, to_string(integrator)));
+  }
+  if (solver.kind == "ceres" && system.contact() != nullptr &&
+      system.contact()->between() != nullptr) {
+    throw InputError(
+        "Ceres cannot take contact.between, which couples vertices that belong to no common "
+        "tetrahedron: set solver.kind = \"newton\", or contact.between = \"none\".");
   }
   if (solver.kind == "ceres") check_ceres(system);
   if (system.contact() == nullptr || solver.kind == "newton") return;

@@ -133,17 +133,17 @@ std::optional<ObstacleNote> held_vertex_note(const StepBesideObstacles& step,
     const auto crossing =
         system.contact()->crossing(step.begin_point(), step.point(prescribed, step.end), &held);
     if (!crossing) return std::nullopt;
-    const Obstacle& obstacle = system.contact()->obstacle(crossing->obstacle);
+    const Contact& contact = *system.contact();
+    const bool is_body = crossing->obstacle == contact.size();
+    const std::string partner = contact.partner(crossing->obstacle);
     if (const std::string holder = holder_of(step, crossing->vertex); !holder.empty()) {
       return ObstacleNote{
-          fmt::format("vertex {} cannot give way to the obstacle \"{}\", because it moves as {} "
-                      "prescribes",
-                      system.mesh().vertex_id(crossing->vertex), obstacle.name, holder),
-          fmt::format(
-              "End the run or the motion before they meet, move the obstacle or the support "
-              "aside, or leave this part of the surface out with the key select of the "
-              "obstacle \"{}\".",
-              obstacle.name)};
+          fmt::format("vertex {} cannot give way to {}, because it moves as {} prescribes",
+                      system.mesh().vertex_id(crossing->vertex), partner, holder),
+          fmt::format("End the run or the motion before they meet, move {} or the support aside, "
+                      "or leave this part of the surface out with the key select of {}.",
+                      is_body ? "the other body" : "the obstacle",
+                      is_body ? "[contact]" : partner)};
     }
     held.erase(std::find(held.begin(), held.end(), crossing->vertex));
   }
@@ -158,7 +158,7 @@ std::optional<ObstacleNote> fast_obstacle_note(const StepBesideObstacles& step) 
   if (!step.is_static) system.velocity_of(step.from.momentum, velocity);
   const Vector x = step.from.position + length * velocity;
   const auto crossing = system.contact()->crossing(step.begin_point(), step.point(x, step.end));
-  if (!crossing) return std::nullopt;
+  if (!crossing || crossing->obstacle == system.contact()->size()) return std::nullopt;
   const Obstacle& obstacle = system.contact()->obstacle(crossing->obstacle);
   const auto frame = [&](double at) {
     return step.is_static ? frame_at(obstacle.motion, 0.0, at) : frame_at(obstacle.motion, at);
@@ -202,18 +202,20 @@ std::optional<ObstacleNote> obstacle_note(const MechanicalSystem& system, const 
   if (is_static || attempted.size() == 0 || !attempted.allFinite()) return std::nullopt;
   const auto crossing = contact->crossing(step.begin_point(), step.point(attempted, end));
   if (!crossing) return std::nullopt;
-  const Obstacle& obstacle = contact->obstacle(crossing->obstacle);
+  const double thickness = contact->thickness(crossing->obstacle);
+  const bool is_body = crossing->obstacle == contact->size();
   Vector velocity;
   system.velocity_of(from.momentum, velocity);
-  const double speed = vertex_block(velocity, crossing->vertex).norm();
+  const double speed =
+      is_body ? fastest(system, from.momentum) : vertex_block(velocity, crossing->vertex).norm();
   return ObstacleNote{
-      fmt::format("vertex {} would penetrate the obstacle \"{}\" or pass through it",
-                  system.mesh().vertex_id(crossing->vertex), obstacle.name),
-      fmt::format(
-          "It moves at {:.3g} m/s, and should take ten steps to cross the layer of {:.3g} m: "
-          "take a time.step of {:.2g} s or less, or a larger thickness of the obstacle; if "
-          "the layer gives way under the impact, raise its stiffness.",
-          speed, obstacle.thickness, 0.1 * obstacle.thickness / speed)};
+      fmt::format("vertex {} would penetrate {} or pass through it",
+                  system.mesh().vertex_id(crossing->vertex), contact->partner(crossing->obstacle)),
+      fmt::format("{} at {:.3g} m/s, and should take ten steps to cross the layer of {:.3g} m: "
+                  "take a time.step of {:.2g} s or less, or a larger thickness of {}; if "
+                  "the layer gives way under the impact, raise its stiffness.",
+                  is_body ? "Vertices move" : "It moves", speed, thickness, 0.1 * thickness / speed,
+                  is_body ? "the layer (contact.thickness)" : "the obstacle")};
 }
 
 std::optional<BadForce> bad_force(const MechanicalSystem& system, const ForcePoint& at) {

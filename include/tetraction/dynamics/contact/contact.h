@@ -1,11 +1,13 @@
-// Contact of a body with rigid obstacles.
+// Contact of a body with rigid obstacles, and of bodies with each other.
 #pragma once
 
 #include <limits>
 #include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
+#include "tetraction/dynamics/contact/body_contact.h"
 #include "tetraction/dynamics/contact/obstacle.h"
 #include "tetraction/dynamics/terms/force_term.h"
 #include "tetraction/mesh/tet_mesh.h"
@@ -15,7 +17,8 @@ namespace tetraction {
 class ExplicitFriction;
 class FrictionStep;
 
-/// The contact of a body with all of its obstacles, as a potential that keeps them apart:
+/// The contact of a mesh with all of its obstacles, and of its bodies with each other, as a potential that keeps them
+/// apart:
 ///
 ///     U(x) = Σ w_v U_b(d(x_v))
 ///
@@ -24,6 +27,9 @@ class FrictionStep;
 /// linear tetrahedra is then −U_b′ exactly. In faces of quadratic tetrahedra the middles of the edges have the areas,
 /// because the consistent weights of the corners are zero; the corners have a small share, which keeps them
 /// out.
+///
+/// Of bodies with each other, and with themselves, it is the potential of SelfContact
+/// (src/dynamics/contact/self_contact.h).
 ///
 /// U is infinite where a vertex penetrates. No step may end there. Steps that take a mean of forces
 /// (`energy-momentum`, and `midpoint`, for contact only) take a discrete gradient, so that U(q_{k+1}) is
@@ -36,15 +42,28 @@ class Contact : public ForceTerm {
   /// Throws InputError, with the name of the obstacle, for numbers out of range, for a surface without
   /// faces, and for a face that the mesh does not have. Obstacles that `earlier` has with the same numbers, shapes,
   /// layers and surfaces share what was computed for them.
-  Contact(const TetMesh& mesh, std::vector<Obstacle> obstacles, const Contact* earlier = nullptr);
+  Contact(const TetMesh& mesh, std::vector<Obstacle> obstacles, const Contact* earlier = nullptr,
+          std::optional<BodyContact> between = std::nullopt);
   ~Contact() override;
   Contact(Contact&&) noexcept;
   Contact& operator=(Contact&&) noexcept;
 
-  std::size_t size() const;
+  /// The number of obstacles.
+  std::size_t size() const { return obstacle_count_; }
   const Obstacle& obstacle(std::size_t i) const;
+  /// The contact of bodies with each other; null without it.
+  const BodyContact* between() const { return between_ ? &*between_ : nullptr; }
+  /// Number of bodies whose surfaces may touch; 0 without between().
+  Index body_count() const { return body_count_; }
+  /// What a number names that a Crossing or a Penetration has: an obstacle, or size() for another body or another part
+  /// of the surface. In text: the obstacle "floor", another body.
+  std::string partner(std::size_t i) const;
+  /// The thickness of its layer, m.
+  double thickness(std::size_t i) const;
+  /// The thinnest of all layers, m; infinite without any.
+  double least_thickness() const;
   bool has_friction() const;
-  /// The vertices that may touch an obstacle, ascending.
+  /// The vertices that may touch something, ascending.
   std::vector<Index> vertices() const;
   /// Whether an obstacle moves.
   bool moves() const;
@@ -52,7 +71,7 @@ class Contact : public ForceTerm {
   std::string name() const override { return "contact"; }
   bool has_potential() const override { return true; }
   bool couples_vertices() const override;
-  bool couples_only_neighbors() const override { return true; }
+  bool couples_only_neighbors() const override { return !between_; }
   Index undefined_vertex(const ForcePoint& at) const override;
   double longest_step(const ForcePoint& from, const Vector& displacement) const override;
   double energy(const ForcePoint& at) const override;
@@ -69,7 +88,7 @@ class Contact : public ForceTerm {
   /// A vertex whose straight way between two states, seen from an obstacle, crosses the obstacle. Of faces
   /// and edges that cross it, it may be any vertex of the surface.
   struct Crossing {
-    std::size_t obstacle;
+    std::size_t obstacle;  ///< or size(): see partner()
     Index vertex;
   };
   /// The first one, if there is one. With `only`, sorted, all other vertices go with the obstacle.
@@ -102,11 +121,11 @@ class Contact : public ForceTerm {
   std::vector<ObstacleForce> forces(const ForcePoint& at) const;
   /// The same as the means of a step, from the discrete gradient.
   std::vector<ObstacleForce> mean_forces(const ForcePoint& from, const ForcePoint& to) const;
-  /// A vertex that penetrates an obstacle.
+  /// A vertex that penetrates an obstacle or another body.
   struct Penetration {
-    std::size_t obstacle;
+    std::size_t obstacle;  ///< or size(): see partner()
     Index vertex;
-    double depth;  ///< m; NaN where the obstacle has no inside
+    double depth;  ///< m; NaN where the obstacle has no inside, and where only edges cross faces
   };
   std::vector<Penetration> penetrations(const ForcePoint& at) const;
   /// What the layers do to explicit steps.
@@ -132,7 +151,10 @@ class Contact : public ForceTerm {
   friend class ExplicitFriction;
   friend class FrictionStep;
   struct Unit;
-  std::vector<Unit> units_;
+  std::vector<Unit> units_;  // of obstacles; the last one may be that of bodies with each other
+  std::size_t obstacle_count_ = 0;
+  std::optional<BodyContact> between_;
+  Index body_count_ = 0;
 };
 
 }  // namespace tetraction
