@@ -90,8 +90,16 @@ TEST(SessionBodies, RefuseWhatIsNotOffered) {
   const Scene fair = two_cubes({1.5, 0.0, 0.0});
   EXPECT_EQ(message_of([&] { Session(fair, mesh_of_bodies(fair)); }), "accepted");
   Scene scene = fair;
+  scene.contact.friction = -0.3;
+  expect_refused(scene, {"contact.friction", "0 or more"});
+  scene = fair;
   scene.contact.friction = 0.3;
-  expect_refused(scene, {"contact.friction = 0.3", "no friction between bodies", "[[obstacle]]"});
+  scene.solver.kind = "cg";
+  expect_refused(scene, {"friction"});
+  scene = fair;
+  scene.contact.between = ContactBetween::kNone;
+  scene.contact.friction = 0.3;
+  expect_refused(scene, {"contact.friction", "contact.between", "\"bodies\" or \"all\""});
   scene = fair;
   scene.contact.between = ContactBetween::kNone;
   scene.contact.thickness = 0.01;

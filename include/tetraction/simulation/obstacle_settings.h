@@ -67,7 +67,8 @@ struct ContactSettings {
   ContactBetween between = ContactBetween::kNone;
   std::optional<double> thickness{};  ///< m; default: a tenth of the mean edge, or the smallest gap
   std::optional<double> stiffness{};  ///< Pa; default: Young's modulus of the softest material
-  double friction = 0.0;              ///< must be zero: friction is for obstacles only
+  double friction = 0.0;              ///< μ between bodies
+  double slip_speed = 1.0e-3;         ///< m/s
   Selection select = SelectAll{};     ///< the faces that may touch each other
   /// The share of their mass that the vertices which may touch something keep; above 0, at most 1. The rest moves to
   /// vertices inside the body (dynamics/contact/moved_masses.h).

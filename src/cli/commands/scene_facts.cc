@@ -274,11 +274,13 @@ void print_obstacles(const MechanicalSystem& system) {
   const Contact* contact = system.contact();
   if (contact == nullptr) return;
   if (const BodyContact* between = contact->between(); between != nullptr) {
-    print_result("contact between {}: thickness {:.4g} m, stiffness {:.4g} Pa; {} may touch\n",
-                 between->within_bodies ? "all parts of the surface"
-                                        : count_text(contact->body_count(), "body", "bodies"),
-                 between->thickness, between->stiffness,
-                 triangles_text(static_cast<Index>(between->surface.size())));
+    print_result(
+        "contact between {}: thickness {:.4g} m, stiffness {:.4g} Pa, friction {:.4g}; {} may "
+        "touch\n",
+        between->within_bodies ? "all parts of the surface"
+                               : count_text(contact->body_count(), "body", "bodies"),
+        between->thickness, between->stiffness, between->friction,
+        triangles_text(static_cast<Index>(between->surface.size())));
   }
   if (contact->size() == 0) return;
   print_result("obstacles:\n");

@@ -24,10 +24,10 @@ namespace {
 // Gaps and depths below this share of the layer are a touch.
 constexpr double kTouch = 1e-4;
 
-void check_layer(const char* name, double value) {
-  if (std::isfinite(value) && value > 0.0) return;
-  throw InputError(fmt::format(
-      "The contact of bodies has the {} {}; it must be above zero and finite.", name, value));
+void check_number(const char* name, double value, bool may_be_zero = false) {
+  if (std::isfinite(value) && (value > 0.0 || (may_be_zero && value == 0.0))) return;
+  throw InputError(fmt::format("The contact of bodies has the {} {}; it must be {} and finite.",
+                               name, value, may_be_zero ? "zero or more" : "above zero"));
 }
 
 // The number of the body of each vertex of the surface.
@@ -117,12 +117,16 @@ class BodySurfaces {
 }  // namespace
 
 Contact::Unit Contact::Unit::between(const TetMesh& mesh, const BodyContact& bodies) {
-  check_layer("thickness", bodies.thickness);
-  check_layer("stiffness", bodies.stiffness);
+  check_number("thickness", bodies.thickness);
+  check_number("stiffness", bodies.stiffness);
+  check_number("friction", bodies.friction, true);
+  check_number("slip speed", bodies.slip_speed);
   Unit unit;
   unit.obstacle.name = "another body";
   unit.obstacle.thickness = bodies.thickness;
   unit.obstacle.stiffness = bodies.stiffness;
+  unit.obstacle.friction = bodies.friction;
+  unit.obstacle.slip_speed = bodies.slip_speed;
   unit.obstacle.surface = bodies.surface;
   unit.surface = contact_surface(mesh, unit.obstacle);
   unit.body_of = bodies_of(mesh, unit.surface);

@@ -10,15 +10,20 @@
 namespace tetraction {
 namespace {
 
-// Σ w_i p_i/m_i over the vertices of a place.
+// The slip with the velocities p_i/m_i.
 Vector3 velocity_at(const ContactPoint& place, const MechanicalSystem& system, const Vector& p) {
-  Vector3 mean = Vector3::Zero();
-  for (int i = 0; i < place.count; ++i) {
-    const auto n = static_cast<std::size_t>(i);
-    const Index v = place.vertices.at(n);
-    mean += place.weights.at(n) * system.inverse_mass()[v] * vertex_block(p, v);
+  return place.slip(
+      [&](Index v) { return Vector3(system.inverse_mass()[v] * vertex_block(p, v)); });
+}
+
+// How much faster a place slips with an impulse of one newton second in a direction of length 1, m/s.
+double mobility_of(const ContactPoint& place, const MechanicalSystem& system,
+                   const Vector3& direction) {
+  double sum = 0.0;
+  for (std::size_t k = 0; k < static_cast<std::size_t>(place.count); ++k) {
+    sum += system.inverse_mass()[place.vertices.at(k)] * place.part(k, direction).squaredNorm();
   }
-  return mean;
+  return sum;
 }
 
 // A lower bound of the distance to which a layer is pressed that takes up an energy and a pressure more than at the
@@ -106,14 +111,11 @@ void ExplicitFriction::apply(const MechanicalSystem& system, const Vector& q, do
     unit.law->contact_points(unit.local(frame, q), places);
     for (ContactPoint& place : places) {
       Vector3 point = Vector3::Zero();
-      double mobility = 0.0;
       for (int i = 0; i < place.count; ++i) {
         const auto n = static_cast<std::size_t>(i);
         Index& v = place.vertices.at(n);
         v = unit.surface.vertices[static_cast<std::size_t>(v)];
-        const double weight = place.weights.at(n);
-        point += weight * vertex_block(q, v);
-        mobility += weight * weight * system.inverse_mass()[v];
+        point += place.weights.at(n) * vertex_block(q, v);
       }
       place.normal = frame.rotation * place.normal;
       const Vector3 seen = frame.to_local(point);
@@ -123,11 +125,13 @@ void ExplicitFriction::apply(const MechanicalSystem& system, const Vector& q, do
       const double speed = slip.norm();
       const double most = unit.obstacle.friction * place.force * dt;
       if (!(speed > 0.0) || !(most > 0.0)) continue;
-      const Vector3 impulse = -std::min(most, speed / mobility) / speed * slip;
+      const Vector3 direction = slip / speed;
+      const double stopping = speed / mobility_of(place, system, direction);
+      const Vector3 impulse = -std::min(most, stopping) * direction;
       for (int i = 0; i < place.count; ++i) {
         const auto n = static_cast<std::size_t>(i);
         const Index v = place.vertices.at(n);
-        vertex_block(momentum, v) += place.weights.at(n) * impulse;
+        vertex_block(momentum, v) += place.part(n, impulse);
         vertices_.push_back(v);
       }
       impulses_.push_back({k, place, impulse, drift});
@@ -161,8 +165,10 @@ void ExplicitContact::rub(const Vector& q, double time, double dt, const TimeSpa
   ImpulseSums sums(outcome);
   friction_.for_each_impulse([&](std::size_t k, Index v, const Vector3& impulse) {
     const Vector3 moment = vertex_block(q, v).cross(impulse);
-    outcome.obstacle_impulses[k].force += impulse;
-    outcome.obstacle_impulses[k].moment += moment;
+    if (k < outcome.obstacle_impulses.size()) {
+      outcome.obstacle_impulses[k].force += impulse;
+      outcome.obstacle_impulses[k].moment += moment;
+    }
     sums.add(impulse, moment);
   });
   sums.enter(outcome);

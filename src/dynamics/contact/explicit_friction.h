@@ -9,9 +9,9 @@
 
 namespace tetraction {
 
-/// The impulses of friction that belong to one kick of an explicit step. A place of contact whose normal
-/// impulse is J_n gets the tangential impulse J that stops its slip, but not more than |J| = μ J_n. So friction sets no
-/// limit to the step, and what sticks is at rest.
+/// The impulses of friction that belong to one kick of an explicit step. A place of contact whose normal impulse is
+/// J_n gets a tangential impulse J against its slip u, which stops it (between bodies: in the direction of u), but not
+/// more than |J| = μ J_n. So friction sets no limit to the step, and what sticks on an obstacle is at rest.
 class ExplicitFriction {
  public:
   /// Changes the momenta after a kick of the length dt at positions q, in a step from `span.begin` to `span.end`.
@@ -29,8 +29,7 @@ class ExplicitFriction {
     for (const Impulse& each : impulses_) {
       for (int i = 0; i < each.place.count; ++i) {
         const auto n = static_cast<std::size_t>(i);
-        add(each.obstacle, each.place.vertices.at(n),
-            Vector3(each.place.weights.at(n) * each.impulse));
+        add(each.obstacle, each.place.vertices.at(n), each.place.part(n, each.impulse));
       }
     }
   }

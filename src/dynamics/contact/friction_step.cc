@@ -65,15 +65,6 @@ void FrictionStep::take(const Vector& mass, const Vector& end_position) {
   }
 }
 
-Vector3 FrictionStep::velocity(const Point& point, const Vector& v) {
-  Vector3 mean = Vector3::Zero();
-  for (int i = 0; i < point.place.count; ++i) {
-    const auto n = static_cast<std::size_t>(i);
-    mean += point.place.weights.at(n) * vertex_block(v, point.place.vertices.at(n));
-  }
-  return mean;
-}
-
 Vector3 FrictionStep::slip(const Point& point, const Vector& v) const {
   return tangential(point.place.normal, rotation(point).transpose() * velocity(point, v) +
                                             point.shift / (end_ - begin_));
@@ -112,16 +103,11 @@ void FrictionStep::add_hessian(const Vector& v, HessianBlocks& hessian) const {
     }
     const Matrix3& turn = rotation(point);
     const Matrix3 whole = point.limit * turn * block * turn.transpose();
-    for (int i = 0; i < point.place.count; ++i) {
-      for (int j = 0; j <= i; ++j) {
-        const auto a = static_cast<std::size_t>(i);
-        const auto b = static_cast<std::size_t>(j);
-        const double weight = point.place.weights.at(a) * point.place.weights.at(b);
-        if (i == j) {
-          hessian.add(point.place.vertices.at(a), weight * whole);
-        } else {
-          hessian.add_pair(point.place.vertices.at(a), point.place.vertices.at(b), weight * whole);
-        }
+    for (std::size_t i = 0; i < static_cast<std::size_t>(point.place.count); ++i) {
+      const Index vertex = point.place.vertices.at(i);
+      hessian.add(vertex, point.place.block(i, i, whole));
+      for (std::size_t j = 0; j < i; ++j) {
+        hessian.add_pair(vertex, point.place.vertices.at(j), point.place.block(i, j, whole));
       }
     }
   }
@@ -135,13 +121,13 @@ void FrictionStep::add_force_stiffness(const Vector& v, double rate,
     const double mu = contact_->obstacle(point.obstacle).friction;
     const Vector3 direction = rotation(point) * (factor(point, u.norm()) * u);
     const Vector3 normal = rotation(point) * point.place.normal;
-    const Matrix3 block = -(rate * mu * point.place.stiffness) * direction * normal.transpose();
-    for (int i = 0; i < point.place.count; ++i) {
-      for (int j = 0; j < point.place.count; ++j) {
-        const auto a = static_cast<std::size_t>(i);
-        const auto b = static_cast<std::size_t>(j);
-        stiffness.add(point.place.vertices.at(a), point.place.vertices.at(b),
-                      point.place.weights.at(a) * point.place.weights.at(b) * block);
+    const double scale = -rate * mu * point.place.stiffness;
+    const auto count = static_cast<std::size_t>(point.place.count);
+    for (std::size_t i = 0; i < count; ++i) {
+      const Matrix3 block = scale * point.place.part(i, direction) * normal.transpose();
+      for (std::size_t j = 0; j < count; ++j) {
+        stiffness.add(point.place.vertices.at(i), point.place.vertices.at(j),
+                      point.place.weights.at(j) * block);
       }
     }
   }
@@ -153,7 +139,9 @@ FrictionPower FrictionStep::power(const Vector& v) const {
     const Vector3 u = slip(point, v);
     const double heat = point.limit * factor(point, u.norm()) * u.squaredNorm();
     power.dissipated += heat;
-    power.of_obstacles += force(point, u).dot(velocity(point, v)) + heat;
+    if (point.obstacle < contact_->size()) {
+      power.of_obstacles += force(point, u).dot(velocity(point, v)) + heat;
+    }
   }
   return power;
 }

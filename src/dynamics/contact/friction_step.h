@@ -23,7 +23,8 @@ struct FrictionPower {
 
 /// The friction of a step from q_k to q_{k+1} = q_k + h v. A place of contact Σ w_i x_i with the normal force λ moves
 /// along the obstacle with the velocity u, the tangential part of its displacement in the frame of the obstacle,
-/// divided by h. The dissipation potential is
+/// divided by h. Between bodies u is the slip of a ContactPoint, so that the forces have neither a resultant nor, with
+/// the positions in the middle of the step as levers, a moment. The dissipation potential is
 ///
 ///     D(v) = Σ μ λ f₀(|u|),   f₀′(y) = f₁(y) = 2y/ε − y²/ε² for y < ε, 1 beyond
 ///
@@ -51,7 +52,8 @@ class FrictionStep {
   /// ∂q_{k+1}/∂x of the solver's unknown.
   void add_force_stiffness(const Vector& v, double rate, LoadStiffness& stiffness) const;
   FrictionPower power(const Vector& v) const;
-  /// The friction force on every vertex that is in contact, by obstacles: add(obstacle, vertex, force).
+  /// The friction force on every vertex that is in contact, by obstacles: add(obstacle, vertex, force). Between bodies
+  /// the number is that of all obstacles.
   template <class Add>
   void for_each_force(const Vector& v, const Add& add) const;
 
@@ -63,8 +65,10 @@ class FrictionStep {
     double limit = 0.0;               // μ λ
     Vector3 shift = Vector3::Zero();  // of the slip at v = 0, m
   };
-  // Σ w_i v_i.
-  static Vector3 velocity(const Point& point, const Vector& v);
+  // Σ (w_i + L_i) v_i.
+  static Vector3 velocity(const Point& point, const Vector& v) {
+    return point.place.slip([&](Index i) { return vertex_block(v, i); });
+  }
   // u and the factor f₁(|u|)/|u| of the force −μ λ f₁(|u|)/|u| u.
   Vector3 slip(const Point& point, const Vector& v) const;
   double factor(const Point& point, double speed) const;
@@ -89,7 +93,7 @@ void FrictionStep::for_each_force(const Vector& v, const Add& add) const {
     const Vector3 whole = force(point, slip(point, v));
     for (int i = 0; i < point.place.count; ++i) {
       const auto k = static_cast<std::size_t>(i);
-      add(point.obstacle, point.place.vertices.at(k), Vector3(point.place.weights.at(k) * whole));
+      add(point.obstacle, point.place.vertices.at(k), point.place.part(k, whole));
     }
   }
 }

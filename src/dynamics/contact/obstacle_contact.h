@@ -48,6 +48,31 @@ struct ContactPoint {
       Vector3::UnitX();    ///< of the obstacle or the second side, towards the first; length 1
   double force = 0.0;      ///< λ ≥ 0 along the normal, N
   double stiffness = 0.0;  ///< −∂λ/∂d ≥ 0 with the distance d, N/m
+
+  /// Σ (w_i + L_i) v_i, where vector_of(i) is that of the vertex i.
+  template <class VectorOf>
+  Vector3 slip(const VectorOf& vector_of) const {
+    Vector3 sum = Vector3::Zero();
+    for (std::size_t k = 0; k < static_cast<std::size_t>(count); ++k) {
+      const Vector3 v = vector_of(vertices.at(k));
+      sum += weights.at(k) * v;
+      if (has_turns) sum += turns.at(k) * v;
+    }
+    return sum;
+  }
+  /// (w_k + L_k)ᵀ F: the part of a force F that the vertex in place k gets.
+  Vector3 part(std::size_t k, const Vector3& total) const {
+    Vector3 own = weights.at(k) * total;
+    if (has_turns) own += turns.at(k).transpose() * total;
+    return own;
+  }
+  /// (w_j + L_j)ᵀ B (w_k + L_k).
+  Matrix3 block(std::size_t j, std::size_t k, const Matrix3& b) const {
+    if (!has_turns) return weights.at(j) * weights.at(k) * b;
+    const Matrix3 unit = Matrix3::Identity();
+    return (weights.at(j) * unit + turns.at(j)).transpose() * b *
+           (weights.at(k) * unit + turns.at(k));
+  }
 };
 
 /// The place where one vertex touches an obstacle.

@@ -109,6 +109,7 @@ void ImplicitStepper::enter_friction(double h, const State& to, StepOutcome& out
   outcome.friction_dissipation = h * power.dissipated;
   outcome.constraint_work += h * power.of_obstacles;
   friction.for_each_force(to.velocity, [&](std::size_t k, Index v, const Vector3& force) {
+    if (k == outcome.obstacle_impulses.size()) return;  // between bodies
     ObstacleForce& impulse = outcome.obstacle_impulses[k];
     impulse.force += h * force;
     impulse.moment += h * vertex_block(x_, v).cross(force);

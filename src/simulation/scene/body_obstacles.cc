@@ -170,24 +170,18 @@ std::optional<BodyContact> body_contact(const ContactSettings& settings,
                                         const MechanicalSystem& system) {
   constexpr double kLeastShare = 0.01;
   check_settings(settings);
-  if (settings.friction != 0.0) {
-    throw InputError(fmt::format(
-        "contact.friction = {} is not possible: there is no friction between bodies. Leave it out, "
-        "or make one of the partners an [[obstacle]], which has `friction`.",
-        settings.friction));
-  }
   const bool selects = !std::holds_alternative<SelectAll>(without_name(settings.select));
   if (settings.between == ContactBetween::kNone) {
-    if (!settings.thickness && !settings.stiffness && !selects) return std::nullopt;
+    const char* given = settings.thickness         ? "thickness"
+                        : settings.stiffness       ? "stiffness"
+                        : settings.friction != 0.0 ? "friction"
+                        : selects                  ? "select"
+                                                   : nullptr;
+    if (given == nullptr) return std::nullopt;
     throw InputError(fmt::format(
         "contact.{} is for contact between bodies, but contact.between is \"none\": set it to "
         "\"bodies\" or \"all\", or give an [[obstacle]] its own {}.",
-        settings.thickness   ? "thickness"
-        : settings.stiffness ? "stiffness"
-                             : "select",
-        settings.thickness   ? "thickness"
-        : settings.stiffness ? "stiffness"
-                             : "select"));
+        given, given));
   }
   const TetMesh& mesh = system.mesh();
   BodyContact contact;
@@ -198,6 +192,8 @@ std::optional<BodyContact> body_contact(const ContactSettings& settings,
     throw InputError(fmt::format("contact.select: {}", error.what()));
   }
   contact.stiffness = settings.stiffness.value_or(least_modulus(system));
+  contact.friction = settings.friction;
+  contact.slip_speed = settings.slip_speed;
   if (settings.thickness) {
     contact.thickness = *settings.thickness;
     return contact;
@@ -319,6 +315,12 @@ void refuse_penetration(const MechanicalSystem& system, const Vector& position, 
 }
 
 void refuse_friction(const Scene& scene) {
+  if (scene.contact.friction > 0.0) {
+    throw InputError(fmt::format(
+        "contact.friction = {}: the friction of an equilibrium depends on how it was reached. Take "
+        "friction = 0, or compute the motion with damping.",
+        scene.contact.friction));
+  }
   for (const ObstacleSettings& obstacle : scene.obstacle) {
     if (!(obstacle.friction > 0.0)) continue;
     throw InputError(fmt::format(

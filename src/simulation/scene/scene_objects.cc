@@ -287,7 +287,7 @@ void check_solver(Integrator integrator, const SolverSettings& solver,
   if (system.contact()->has_friction()) {
     throw InputError(fmt::format(
         "solver.kind = \"{}\" minimises, but a step with friction is no minimisation: take "
-        "solver.kind = \"newton\", or obstacle.friction = 0.",
+        "solver.kind = \"newton\", or friction = 0.",
         solver.kind));
   }
 }
