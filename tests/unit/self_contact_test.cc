@@ -184,6 +184,89 @@ TEST(SelfContact, DiscreteGradientKeepsEnergyAndMomenta) {
   }
 }
 
+// A common motion of both bodies is no slip, and friction of any size has neither a resultant nor a moment.
+TEST(SelfContact, SlipDoesNotKnowARigidMotion) {
+  const TwoBodies two = tilted_cubes();
+  const Vector from = two.surface.rest;
+  Vector to = two.with_upper_moved({0.01, -0.02, 0.004});
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> uniform(-1.0, 1.0);
+  for (Index k = 0; k < to.size(); ++k) to[k] += 1e-3 * uniform(random);
+  const Vector3 axis(0.3, -1.2, 0.7);
+  const Vector3 drift(2.0, 1.0, -0.5);
+  const Vector3 pull(0.4, 0.8, -0.3);
+  for (const bool is_mean : {false, true}) {
+    const Vector x = is_mean ? Vector(0.5 * (from + to)) : from;
+    std::vector<ContactPoint> places;
+    if (is_mean) {
+      two.contact.mean_contact_points(from, to, places);
+    } else {
+      two.contact.contact_points(x, places);
+    }
+    ASSERT_GT(places.size(), 2U);
+    const auto at = [&](Index i) { return Vector3(vertex_block(x, i)); };
+    Vector forces = Vector::Zero(x.size());
+    for (const ContactPoint& place : places) {
+      EXPECT_NEAR(place.normal.norm(), 1.0, 1e-14);
+      EXPECT_GT(place.force, 0.0);
+      const Vector3 rigid = place.slip([&](Index i) { return Vector3(axis.cross(at(i)) + drift); });
+      EXPECT_LT(rigid.norm(), 1e-13);
+      // The upper body alone: its whole velocity, towards the side that it is on.
+      const Vector3 seen =
+          place.slip([&](Index i) { return i >= two.first ? drift : Vector3(Vector3::Zero()); });
+      EXPECT_NEAR(std::min((seen - drift).norm(), (seen + drift).norm()), 0.0, 1e-13);
+      Vector3 force = Vector3::Zero();
+      Vector3 moment = Vector3::Zero();
+      for (std::size_t k = 0; k < static_cast<std::size_t>(place.count); ++k) {
+        const Vector3 part = place.part(k, pull);
+        force += part;
+        moment += at(place.vertices[k]).cross(part);
+        vertex_block(forces, place.vertices[k]) += place.weights[k] * place.force * place.normal;
+        for (std::size_t j = 0; j < static_cast<std::size_t>(place.count); ++j) {
+          Matrix3 expected;
+          for (int c = 0; c < 3; ++c) {
+            expected.col(c) = place.part(j, place.slip([&](Index i) {
+              return i == place.vertices[k] ? Vector3(Vector3::Unit(c)) : Vector3(Vector3::Zero());
+            }));
+          }
+          EXPECT_LT((place.block(j, k, Matrix3::Identity()) - expected).norm(), 1e-13);
+        }
+      }
+      EXPECT_LT(force.norm(), 1e-13);
+      EXPECT_LT(moment.norm(), 1e-13);
+    }
+    // All pairs push here, so that the places have all of the forces.
+    const Vector normal = is_mean ? two.mean_gradient(from, to) : two.gradient(x);
+    EXPECT_LT((forces + normal).norm(), (is_mean ? 0.02 : 1e-12) * normal.norm());
+  }
+}
+
+// Where a vertex is in a corner between two faces, a pair with their edge pulls. The places push with the same force.
+TEST(SelfContact, PlacesInAReentrantCornerPush) {
+  Triangles corner;
+  corner.points = {{0, 0, 0}, {0, 0, 3}, {3, 0, 0}, {3, 0, 3}, {0, 3, 0}, {0, 3, 3}};
+  corner.triangles = {{0, 1, 3}, {0, 3, 2}, {0, 4, 5}, {0, 5, 1}};
+  Triangles tip;
+  tip.points = {{0.05, 0.06, 1.0}, {2, 1, 0.5}, {2, 1.5, 1.5}, {1, 2, 1.1}};
+  tip.triangles = {{0, 1, 2}, {0, 2, 3}, {0, 3, 1}, {1, 3, 2}};
+  const TwoBodies two(corner, tip);
+  const Vector& x = two.surface.rest;
+  ASSERT_LT(two.contact.penetrating_vertex(x), 0);
+  std::vector<ContactPoint> places;
+  two.contact.contact_points(x, places);
+  ASSERT_FALSE(places.empty());
+  double sum = 0.0;
+  for (const ContactPoint& place : places) {
+    EXPECT_GT(place.force, 0.0);
+    sum += place.force;
+  }
+  const double area = two.surface.areas[static_cast<std::size_t>(two.first)];
+  const auto pressure = [](double d) { return -kLayer.slope(d); };
+  const double pairs =
+      0.5 * area * (pressure(0.05) + pressure(0.06) - pressure(std::hypot(0.05, 0.06)));
+  EXPECT_NEAR(sum, pairs, 1e-9 * pairs);
+}
+
 TEST(SelfContact, SeesWhatPenetrates) {
   const TwoBodies two = tilted_cubes();
   EXPECT_LT(two.contact.penetrating_vertex(two.surface.rest), 0);

@@ -65,7 +65,7 @@ struct EnumNames<ContactBetween> {
 /// common.
 struct ContactSettings {
   ContactBetween between = ContactBetween::kNone;
-  std::optional<double> thickness{};  ///< m; default: a tenth of the mean edge, or the smallest gap
+  std::optional<double> thickness{};  ///< m; default: see body_contact()
   std::optional<double> stiffness{};  ///< Pa; default: Young's modulus of the softest material
   double friction = 0.0;              ///< μ between bodies
   double slip_speed = 1.0e-3;         ///< m/s
