@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "dynamics/contact/triangle_mesh.h"
+#include "dynamics/contact/mesh/triangle_mesh.h"
 #include "fuzz_target.h"
 #include "io/mesh/triangle_mesh_reader.h"
 

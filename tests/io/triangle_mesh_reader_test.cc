@@ -10,7 +10,7 @@
 #include <random>
 #include <string>
 
-#include "dynamics/contact/triangle_mesh.h"
+#include "dynamics/contact/mesh/triangle_mesh.h"
 #include "support/temporary_folder.h"
 #include "tetraction/core/error.h"
 #include "tetraction/io/mesh_writer.h"

@@ -1,5 +1,5 @@
 // Continuous collision detection: the way that it allows is free, and little of the free way is lost.
-#include "dynamics/contact/additive_ccd.h"
+#include "dynamics/contact/pairs/additive_ccd.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // The tree of boxes against a search through all of them.
-#include "dynamics/contact/box_tree.h"
+#include "dynamics/contact/pairs/box_tree.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // Friction in a step: derivatives, heat, and independence of the frame.
-#include "dynamics/contact/friction_step.h"
+#include "dynamics/contact/friction/friction_step.h"
 
 #include <Eigen/Geometry>
 

@@ -1,5 +1,5 @@
 // Contact of a surface with a rigid mesh, through the interface of obstacles.
-#include "dynamics/contact/mesh_contact.h"
+#include "dynamics/contact/mesh/mesh_contact.h"
 
 #include <gtest/gtest.h>
 

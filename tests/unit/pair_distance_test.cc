@@ -1,5 +1,5 @@
 // Distances of contact pairs: the conditions of a minimum, and derivatives against differences.
-#include "dynamics/contact/pair_distance.h"
+#include "dynamics/contact/pairs/pair_distance.h"
 
 #include <gtest/gtest.h>
 

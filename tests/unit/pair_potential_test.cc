@@ -1,5 +1,5 @@
 // The potential of contact pairs: derivatives, and the identities of the discrete gradient.
-#include "dynamics/contact/pair_potential.h"
+#include "dynamics/contact/pairs/pair_potential.h"
 
 #include <gtest/gtest.h>
 

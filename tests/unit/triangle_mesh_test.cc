@@ -1,5 +1,5 @@
 // The rigid surface of an obstacle, and the potential of a point near it.
-#include "dynamics/contact/triangle_mesh.h"
+#include "dynamics/contact/mesh/triangle_mesh.h"
 
 #include <gtest/gtest.h>
 
@@ -10,8 +10,8 @@
 #include <random>
 #include <string>
 
-#include "dynamics/contact/pair_distance.h"
-#include "dynamics/contact/point_on_mesh.h"
+#include "dynamics/contact/mesh/point_on_mesh.h"
+#include "dynamics/contact/pairs/pair_distance.h"
 #include "support/contact_surfaces.h"
 #include "tetraction/core/error.h"
 

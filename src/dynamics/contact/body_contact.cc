@@ -10,11 +10,11 @@
 #include <numbers>
 #include <set>
 
-#include "box_tree.h"
 #include "contact_surface.h"
 #include "contact_unit.h"
 #include "core/disjoint_sets.h"
-#include "pair_distance.h"
+#include "dynamics/contact/pairs/box_tree.h"
+#include "dynamics/contact/pairs/pair_distance.h"
 #include "self_contact.h"
 #include "tetraction/core/error.h"
 

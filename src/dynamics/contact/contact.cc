@@ -10,7 +10,7 @@
 
 #include "contact_surface.h"
 #include "contact_unit.h"
-#include "mesh_contact.h"
+#include "dynamics/contact/mesh/mesh_contact.h"
 #include "smooth_contact.h"
 #include "tetraction/core/error.h"
 

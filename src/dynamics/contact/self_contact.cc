@@ -5,7 +5,7 @@
 #include <limits>
 #include <utility>
 
-#include "surface_loops.h"
+#include "dynamics/contact/pairs/surface_loops.h"
 #include "tetraction/core/parallel.h"
 
 namespace tetraction {

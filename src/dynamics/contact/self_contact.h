@@ -6,9 +6,9 @@
 #include <utility>
 #include <vector>
 
-#include "dynamics/contact/box_tree.h"
-#include "dynamics/contact/moving_pairs.h"
 #include "dynamics/contact/obstacle_contact.h"
+#include "dynamics/contact/pairs/box_tree.h"
+#include "dynamics/contact/pairs/moving_pairs.h"
 
 namespace tetraction {
 

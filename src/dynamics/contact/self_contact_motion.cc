@@ -1,10 +1,10 @@
 // Where a deformed surface penetrates itself, and how far it can move until then.
 #include <algorithm>
 
-#include "edge_crossing.h"
+#include "dynamics/contact/pairs/edge_crossing.h"
+#include "dynamics/contact/pairs/surface_loops.h"
+#include "dynamics/contact/pairs/way_clearing.h"
 #include "self_contact.h"
-#include "surface_loops.h"
-#include "way_clearing.h"
 
 namespace tetraction {
 

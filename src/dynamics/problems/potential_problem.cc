@@ -9,7 +9,7 @@
 #include <variant>
 
 #include "dynamics/constraints/constraint_potential.h"
-#include "dynamics/contact/friction_step.h"
+#include "dynamics/contact/friction/friction_step.h"
 #include "dynamics/terms/followed_loads.h"
 #include "tetraction/core/parallel.h"
 #include "tetraction/dynamics/body_sums.h"

@@ -10,7 +10,7 @@
 
 #include "common_outcome.h"
 #include "core/scope_exit.h"
-#include "dynamics/contact/explicit_friction.h"
+#include "dynamics/contact/friction/explicit_friction.h"
 #include "dynamics/terms/term_forces.h"
 #include "dynamics/terms/vertex_kernels.h"
 #include "tetraction/core/parallel.h"

@@ -5,7 +5,7 @@
 
 #include "common_outcome.h"
 #include "converge_loads.h"
-#include "dynamics/contact/friction_step.h"
+#include "dynamics/contact/friction/friction_step.h"
 #include "dynamics/terms/term_forces.h"
 #include "tetraction/dynamics/body_sums.h"
 #include "tetraction/dynamics/contact/contact.h"

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "dynamics/contact/friction_step.h"
+#include "dynamics/contact/friction/friction_step.h"
 #include "tetraction/core/parallel.h"
 #include "tetraction/dynamics/contact/contact.h"
 #include "tetraction/dynamics/nodal_volume/nodal_volume.h"

@@ -36,7 +36,7 @@ class FrictionStep;
 /// part of the balance and cannot be jumped over.
 ///
 /// The energy of the body contains U. Moving obstacles do work, driven_work(), which counts as
-/// work of constraints. Friction is a FrictionStep (src/dynamics/contact/friction_step.h).
+/// work of constraints. Friction is a FrictionStep (src/dynamics/contact/friction/friction_step.h).
 class Contact : public ForceTerm {
  public:
   /// Throws InputError, with the name of the obstacle, for numbers out of range, for a surface without

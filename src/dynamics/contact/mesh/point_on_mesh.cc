@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "squared_barrier.h"
+#include "dynamics/contact/pairs/squared_barrier.h"
 
 namespace tetraction {
 namespace {

@@ -5,12 +5,12 @@
 #include <cmath>
 #include <limits>
 
-#include "additive_ccd.h"
-#include "edge_crossing.h"
+#include "dynamics/contact/pairs/additive_ccd.h"
+#include "dynamics/contact/pairs/edge_crossing.h"
+#include "dynamics/contact/pairs/surface_loops.h"
+#include "dynamics/contact/pairs/way_clearing.h"
 #include "mesh_contact.h"
-#include "surface_loops.h"
 #include "tetraction/core/parallel.h"
-#include "way_clearing.h"
 
 namespace tetraction {
 namespace {

@@ -1,7 +1,7 @@
 // Continuous collision detection of contact pairs.
 #pragma once
 
-#include "dynamics/contact/pair_distance.h"
+#include "dynamics/contact/pairs/pair_distance.h"
 
 namespace tetraction {
 

@@ -6,7 +6,7 @@
 #include <numeric>
 #include <utility>
 
-#include "surface_loops.h"
+#include "dynamics/contact/pairs/surface_loops.h"
 #include "tetraction/core/parallel.h"
 #include "tetraction/core/positive_semidefinite.h"
 

@@ -4,7 +4,7 @@
 #include <utility>
 #include <vector>
 
-#include "obstacle_contact.h"
+#include "dynamics/contact/obstacle_contact.h"
 #include "tetraction/dynamics/contact/contact.h"
 
 namespace tetraction {

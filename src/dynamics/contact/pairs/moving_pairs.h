@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "dynamics/contact/obstacle_contact.h"
-#include "dynamics/contact/pair_potential.h"
+#include "dynamics/contact/pairs/pair_potential.h"
 #include "tetraction/core/parallel.h"
 
 namespace tetraction {

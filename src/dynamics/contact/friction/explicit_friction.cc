@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "contact_unit.h"
+#include "dynamics/contact/contact_unit.h"
 #include "dynamics/steppers/common_outcome.h"
 
 namespace tetraction {

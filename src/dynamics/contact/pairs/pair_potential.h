@@ -1,7 +1,7 @@
 // The potential of one contact pair: value, derivatives, and the mean force of a step.
 #pragma once
 
-#include "dynamics/contact/pair_distance.h"
+#include "dynamics/contact/pairs/pair_distance.h"
 #include "tetraction/dynamics/contact/barrier.h"
 
 namespace tetraction {

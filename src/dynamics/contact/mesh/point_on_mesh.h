@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "dynamics/contact/triangle_mesh.h"
+#include "dynamics/contact/mesh/triangle_mesh.h"
 #include "tetraction/dynamics/contact/barrier.h"
 
 namespace tetraction {

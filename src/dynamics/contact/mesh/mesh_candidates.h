@@ -5,8 +5,8 @@
 #include <span>
 #include <vector>
 
+#include "dynamics/contact/mesh/triangle_mesh.h"
 #include "dynamics/contact/obstacle_contact.h"
-#include "dynamics/contact/triangle_mesh.h"
 
 namespace tetraction {
 

@@ -4,7 +4,7 @@
 #include <array>
 #include <vector>
 
-#include "dynamics/contact/box_tree.h"
+#include "dynamics/contact/pairs/box_tree.h"
 #include "tetraction/core/types.h"
 
 namespace tetraction {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "surface_loops.h"
+#include "dynamics/contact/pairs/surface_loops.h"
 
 namespace tetraction {
 

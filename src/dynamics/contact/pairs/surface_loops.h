@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "dynamics/contact/box_tree.h"
+#include "dynamics/contact/pairs/box_tree.h"
 #include "tetraction/core/parallel.h"
 #include "tetraction/core/types.h"
 

@@ -3,11 +3,11 @@
 
 #include <vector>
 
-#include "dynamics/contact/mesh_candidates.h"
-#include "dynamics/contact/moving_pairs.h"
+#include "dynamics/contact/mesh/mesh_candidates.h"
+#include "dynamics/contact/mesh/point_on_mesh.h"
+#include "dynamics/contact/mesh/triangle_mesh.h"
 #include "dynamics/contact/obstacle_contact.h"
-#include "dynamics/contact/point_on_mesh.h"
-#include "dynamics/contact/triangle_mesh.h"
+#include "dynamics/contact/pairs/moving_pairs.h"
 
 namespace tetraction {
 

@@ -1,6 +1,6 @@
 #include "friction_step.h"
 
-#include "contact_unit.h"
+#include "dynamics/contact/contact_unit.h"
 
 namespace tetraction {
 namespace {
