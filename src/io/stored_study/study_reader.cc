@@ -195,7 +195,9 @@ class StudyReader {
   StoredPlan plan(const Members& read) {
     StudyPlan plan;
     for (const VariantValues& variant : result_.variants) {
-      plan.variants.push_back({variant.name, {}, {}, variant.values});
+      StudyVariant& stored = plan.variants.emplace_back();
+      stored.name = variant.name;
+      stored.values = variant.values;
     }
     if (plan.variants.empty()) plan.variants.emplace_back();
     plan.stable_step = result_.stable_step;
