@@ -38,17 +38,22 @@ class SurfaceBlocks {
 /// and a force F on the first side in the direction of slip means the forces (w_i + L_i)ᵀ F on the vertices. The L_i take
 /// from the velocity what comes from the rotation of both sides together (slip_of_face()); they are zero for obstacles.
 struct ContactPoint {
-  static constexpr int kMost = 5;       ///< vertices
-  int count = 0;                        ///< number of vertices
-  std::array<Index, kMost> vertices{};  ///< numbers of the surface
-  std::array<double, kMost> weights{};  ///< w_i
-  bool has_turns = false;               ///< whether any L_i is not zero
-  std::array<Matrix3, kMost> turns;     ///< L_i, if there are any
+  static constexpr int kMost = 5;                 ///< vertices
+  int count = 0;                                  ///< number of vertices
+  std::array<Index, kMost> vertices{};            ///< numbers of the surface
+  std::array<double, kMost> weights{};            ///< w_i
+  bool has_turns = false;                         ///< whether any L_i is not zero
+  std::array<Matrix3, kMost> turns = no_turns();  ///< L_i, if there are any
   Vector3 normal =
       Vector3::UnitX();    ///< of the obstacle or the second side, towards the first; length 1
   double force = 0.0;      ///< λ ≥ 0 along the normal, N
   double stiffness = 0.0;  ///< −∂λ/∂d ≥ 0 with the distance d, N/m
 
+  static std::array<Matrix3, kMost> no_turns() {
+    std::array<Matrix3, kMost> zero;
+    zero.fill(Matrix3::Zero());
+    return zero;
+  }
   /// Σ (w_i + L_i) v_i, where vector_of(i) is that of the vertex i.
   template <class VectorOf>
   Vector3 slip(const VectorOf& vector_of) const {

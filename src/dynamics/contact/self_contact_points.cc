@@ -49,7 +49,6 @@ ContactPoint SelfContact::place_of(const MovingPair& pair, const PairWeights& we
                                         : face_of(second.front(), second.back());
   const std::array<Matrix3, 3> rotation =
       face_rotation({vertex_block(x, face[0]), vertex_block(x, face[1]), vertex_block(x, face[2])});
-  for (Matrix3& turn : place.turns) turn.setZero();
   place.has_turns = true;
   for (std::size_t k = 0; k < 3; ++k) {
     place.turns[number_of(face[k])] = cross_matrix(difference) * rotation[k];

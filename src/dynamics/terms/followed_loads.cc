@@ -41,7 +41,6 @@ EvaluationStatus FollowedLoads::linearize(const Vector& u) {
 }
 
 void FollowedLoads::multiply(const Vector& d, Vector& product) const {
-  const MechanicalSystem& system = problem_.system();
   const MinimizationProblem::HessianParts parts = problem_.hessian_parts(point_);
   problem_.positions(point_, position_);
   product = parts.diagonal.cwiseProduct(d);

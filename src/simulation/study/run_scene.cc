@@ -175,7 +175,7 @@ std::string folder_name(const std::string& name) {
   if (folder.size() > kLongest) folder.resize(kLongest);
   while (!folder.empty() && folder.back() == '_') folder.pop_back();
   // Neither hidden nor like an option.
-  if (folder.empty() || folder.front() == '.' || folder.front() == '-') folder.insert(0, "_");
+  if (folder.empty() || folder.front() == '.' || folder.front() == '-') folder.insert(0, 1, '_');
   return folder;
 }
 
