@@ -307,6 +307,8 @@ class Overwriting(BeamTest):
                   ("history.csv", "probes.csv", "summary.json", "frames.pvd", "history.csv.part", ".lock",
                    "checkpoints/step_000000001.ckpt")]  # fmt: skip
         cases += [(plain + field % "out/final.vtu", table, "final.vtu")]
+        wall = '[[obstacle]]\nname = "wall"\nkind = "mesh"\nfile = "out/final.vtu"\n'
+        cases += [(plain + wall, "beam.vtu", "final.vtu")]
         for scene, source, name in cases:
             commands = [["run"], ["static"], ["modes"],
                         ["study", "--steps", "0.025,0.05", "--integrators", "midpoint"]]  # fmt: skip

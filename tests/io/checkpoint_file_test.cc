@@ -11,6 +11,7 @@
 #include <functional>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -451,6 +452,26 @@ TEST_F(CheckpointFile, ChangesOfSceneAndMeshAreFound) {
   EXPECT_NE(inputs(other).amplitudes, before.amplitudes);
   EXPECT_EQ(inputs(other).numbers, before.numbers);
   EXPECT_EQ(inputs(other).fields, before.fields);
+
+  // Surfaces of obstacles, which the scene has from files.
+  ObstacleSettings wall;
+  wall.name = "wall";
+  wall.kind = ObstacleKind::kMesh;
+  wall.file = "wall.stl";
+  MeshShape surface{{{100, 0, 0}, {100, 1, 0}, {100, 0, 1}}, {{0, 1, 2}}};
+  wall.surface = std::make_shared<const MeshShape>(surface);
+  other = scene;
+  other.obstacle.push_back(wall);
+  const std::uint64_t with_wall = inputs(other).surfaces;
+  EXPECT_NE(with_wall, before.surfaces);
+  EXPECT_EQ(inputs(other).surfaces, with_wall);
+  surface.points[1].y() += 0.01;
+  other.obstacle[0].surface = std::make_shared<const MeshShape>(surface);
+  EXPECT_NE(inputs(other).surfaces, with_wall);
+  // Those of events count, too.
+  other = scene;
+  other.event[0].edits.emplace_back(SetObstacle{std::nullopt, wall});
+  EXPECT_EQ(inputs(other).surfaces, with_wall);
 
   // A checkpoint of a scene whose constraints are others does not fit.
   auto session = session_of(scene);

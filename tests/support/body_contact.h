@@ -42,27 +42,6 @@ inline Scene colliding_cubes(Integrator rule, double step, double end, double un
   return scene;
 }
 
-/// One mesh of several, each moved.
-inline TetMesh joined_mesh(const std::vector<std::pair<TetMesh, Vector3>>& parts) {
-  RawMesh raw;
-  for (const auto& [part, shift] : parts) {
-    const auto start = static_cast<std::int64_t>(raw.vertices.size());
-    const Vector rest = part.rest_positions();
-    for (Index v = 0; v < part.vertex_count(); ++v) {
-      raw.vertices.emplace_back(vertex_block(rest, v) + shift);
-      raw.vertex_ids.push_back(start + v);
-    }
-    for (const auto& corners : part.tetrahedra) {
-      RawCell cell;
-      cell.type = CellType::kTetrahedron;
-      cell.id = static_cast<std::int64_t>(raw.cells.size());
-      for (const Index v : corners) cell.vertices.push_back(start + v);
-      raw.cells.push_back(cell);
-    }
-  }
-  return build_mesh(std::move(raw));
-}
-
 /// Whether a segment crosses a triangle in an inner point (Möller and Trumbore 1997).
 inline bool segment_hits(const Vector3& a, const Vector3& b, const std::array<Vector3, 3>& t) {
   const Vector3 way = b - a;

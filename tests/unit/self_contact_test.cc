@@ -258,7 +258,8 @@ TEST(SelfContact, PlacesInAReentrantCornerPush) {
   double sum = 0.0;
   for (const ContactPoint& place : places) {
     EXPECT_GT(place.force, 0.0);
-    sum += place.force;
+    // Pairs of edges have forces of their own.
+    if (place.vertices[0] == two.first && place.weights[0] == 1.0) sum += place.force;
   }
   const double area = two.surface.areas[static_cast<std::size_t>(two.first)];
   const auto pressure = [](double d) { return -kLayer.slope(d); };

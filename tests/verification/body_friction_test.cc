@@ -71,9 +71,10 @@ TEST_P(BodyFriction, StopsAPlateAfterItsDistance) {
   constexpr double kFriction = 0.5;
   constexpr double kSpeed = 0.5;
   constexpr double kDistance = kSpeed * kSpeed / (2.0 * kFriction * kGravity);
-  const TetMesh mesh =
-      joined_mesh({{generate_box({0.5, 0.1, 0.2}, {5, 1, 2}), {0.0, 0.0, 0.0}},
-                   {generate_box({0.16, 0.05, 0.12}, {3, 1, 2}), {0.1, 0.102, 0.04}}});
+  RawMesh raw;
+  append_body(raw, generate_box({0.5, 0.1, 0.2}, {5, 1, 2}), Vector3::Zero());
+  append_body(raw, generate_box({0.16, 0.05, 0.12}, {3, 1, 2}), Vector3(0.1, 0.102, 0.04));
+  const TetMesh mesh = build_mesh(std::move(raw));
   Scene scene = scene_of(elastic(1e6, 0.3));
   const double h = is_implicit(GetParam()) ? 1e-3 : 1e-4;
   scene.time = {GetParam(), h, false, 0.5};

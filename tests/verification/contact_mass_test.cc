@@ -15,10 +15,10 @@ namespace {
 
 using namespace testing_support;
 
-constexpr double kLength = 1.0;
-constexpr double kWidth = 0.05;
-constexpr double kModulus = 1e6;
-constexpr double kDensity = 1e3;
+constexpr double kBarLength = 1.0;
+constexpr double kBarWidth = 0.05;
+constexpr double kBarModulus = 1e6;
+constexpr double kBarDensity = 1e3;
 
 struct Impact {
   double error = 0.0;    // L² norm of the force's error over that of the force
@@ -32,26 +32,26 @@ struct Impact {
 // over the time of a wave through a cell.
 Impact impact_of_bar(Integrator rule, double mass) {
   constexpr int kCells = 40;
-  constexpr double kEdge = kLength / kCells;
+  constexpr double kEdge = kBarLength / kCells;
   constexpr int kStepsPerCell = 5;
-  const double c = std::sqrt(kModulus / kDensity);
+  const double c = std::sqrt(kBarModulus / kBarDensity);
   const double v0 = 1e-3 * c;
   const double crossing = kEdge / c;
-  Scene scene = scene_of({GeneratorKind::kBox, {kLength, kWidth, kWidth}, {kCells, 1, 1}},
-                         elastic(kModulus, 0.0, kDensity));
-  scene.time = {rule, crossing / kStepsPerCell, false, 3.0 * kLength / c};
+  Scene scene = scene_of({GeneratorKind::kBox, {kBarLength, kBarWidth, kBarWidth}, {kCells, 1, 1}},
+                         elastic(kBarModulus, 0.0, kBarDensity));
+  scene.time = {rule, crossing / kStepsPerCell, false, 3.0 * kBarLength / c};
   scene.solver.tolerance = 1e-10;
   scene.initial.velocity = {-v0, 0.0, 0.0};
   scene.fix.push_back(fix(SelectAll{}, {false, true, true}));
   ObstacleSettings wall = plane_obstacle("wall", {-0.003 * kEdge, 0.0, 0.0}, {1.0, 0.0, 0.0});
   wall.thickness = 0.0029 * kEdge;
-  wall.stiffness = 0.03 * kModulus;
+  wall.stiffness = 0.03 * kBarModulus;
   wall.select = SelectFaces{{-1.0, 0.0, 0.0}, {}};
   scene.obstacle = {wall};
   scene.contact.mass = mass;
   scene.probe = {probe_on("wall", "wall")};
   Session session(scene, mesh_of(scene));
-  const double force = kDensity * c * v0 * kWidth * kWidth;
+  const double force = kBarDensity * c * v0 * kBarWidth * kBarWidth;
   const double touch = 1e-4 * kEdge / v0;  // when the bar reaches the layer
   std::vector<double> values(3);
   std::vector<double> forces;
@@ -60,7 +60,7 @@ Impact impact_of_bar(Integrator rule, double mass) {
     session.probes().evaluate(session, values.data());
     const double middle = session.time() - 0.5 * scene.time.step;
     forces.push_back(values[0] / force);
-    exact.push_back(middle > touch && middle < touch + 2.0 * kLength / c ? 1.0 : 0.0);
+    exact.push_back(middle > touch && middle < touch + 2.0 * kBarLength / c ? 1.0 : 0.0);
   }
   EXPECT_EQ(session.status(), RunStatus::kFinished) << session.message();
   double square = 0.0;
@@ -77,8 +77,8 @@ Impact impact_of_bar(Integrator rule, double mass) {
   }
   Impact impact;
   impact.error = std::sqrt(square / whole);
-  impact.rebound =
-      session.balance().momenta().linear.x() / (kDensity * kLength * kWidth * kWidth * v0);
+  impact.rebound = session.balance().momenta().linear.x() /
+                   (kBarDensity * kBarLength * kBarWidth * kBarWidth * v0);
   impact.drift = session.balance().max_relative_energy_drift();
   return impact;
 }
@@ -104,8 +104,8 @@ TEST(ContactMass, MakesTheForceOfAnImpactSmooth) {
 TEST(ContactMass, ChangesLowFrequenciesLittle) {
   std::vector<std::vector<double>> frequencies;
   for (const double mass : {1.0, 0.01}) {
-    Scene scene = scene_of({GeneratorKind::kBox, {kLength, kWidth, kWidth}, {40, 1, 1}},
-                           elastic(kModulus, 0.0, kDensity));
+    Scene scene = scene_of({GeneratorKind::kBox, {kBarLength, kBarWidth, kBarWidth}, {40, 1, 1}},
+                           elastic(kBarModulus, 0.0, kBarDensity));
     scene.fix.push_back(fix(SelectAll{}, {false, true, true}));
     ObstacleSettings wall = plane_obstacle("wall", {-0.1, 0.0, 0.0}, {1.0, 0.0, 0.0});
     wall.select = SelectFaces{{-1.0, 0.0, 0.0}, {}};
@@ -121,9 +121,9 @@ TEST(ContactMass, ChangesLowFrequenciesLittle) {
       frequencies.back().push_back(std::sqrt(mode.omega_squared) / (2.0 * std::numbers::pi));
     }
   }
-  const double c = std::sqrt(kModulus / kDensity);
+  const double c = std::sqrt(kBarModulus / kBarDensity);
   for (std::size_t k = 1; k <= 6; ++k) {
-    const double exact = 0.5 * static_cast<double>(k) * c / kLength;
+    const double exact = 0.5 * static_cast<double>(k) * c / kBarLength;
     // Lumped masses have ω²ℓ²/(24c²) of dispersion: 0.9 % at the sixth.
     EXPECT_NEAR(frequencies[0][k], exact, 0.012 * exact) << k;
     EXPECT_NEAR(frequencies[1][k], frequencies[0][k], 0.002 * exact) << k;

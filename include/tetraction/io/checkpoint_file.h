@@ -30,6 +30,7 @@ struct RunInputs {
                              ///< and from its groups
   std::uint64_t fields = 0;  ///< made from TetMesh::point_arrays
   std::uint64_t amplitudes = 0;  ///< made from the tables of the amplitudes
+  std::uint64_t surfaces = 0;    ///< made from the surfaces of obstacles
 };
 
 /// The inputs of a session. The mesh itself is in Checkpoint::body.

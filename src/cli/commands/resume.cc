@@ -69,6 +69,7 @@ std::vector<std::string> changes(const StoredCheckpoint& stored, const RunInputs
   if (stored.inputs.amplitudes != inputs.amplitudes) {
     parts.emplace_back("the tables of amplitudes");
   }
+  if (stored.inputs.surfaces != inputs.surfaces) parts.emplace_back("the surfaces of obstacles");
   return parts;
 }
 

@@ -18,6 +18,7 @@
 
 #include "checkpoint_members.h"
 #include "core/fingerprint.h"
+#include "io/scene/obstacle_surfaces.h"
 #include "io/text/check_sum.h"
 #include "io/text/foreign_json.h"
 #include "io/text/output_file.h"
@@ -33,7 +34,7 @@ namespace fs = std::filesystem;
 // The beginning of a file. It is followed by the size of the numbers, the numbers, and the check sum
 // of everything before it.
 constexpr std::string_view kMagic = "Tetraction checkpoint\n";
-constexpr std::uint32_t kFormat = 7;
+constexpr std::uint32_t kFormat = 8;
 constexpr std::uint32_t kByteOrder = 0x01020304;
 constexpr std::size_t kBeginSize =
     kMagic.size() + sizeof kFormat + sizeof kByteOrder + sizeof(std::uint64_t);
@@ -225,7 +226,9 @@ RunInputs inputs_of(const Session& session) {
       amplitudes.add(value);
     }
   }
-  return {session.scene().echo, mesh.numbers, mesh.fields, amplitudes.value()};
+  Fingerprint surfaces;
+  add_surfaces(session.scene(), surfaces);
+  return {session.scene().echo, mesh.numbers, mesh.fields, amplitudes.value(), surfaces.value()};
 }
 
 int process_count(const Session& session) {

@@ -187,7 +187,7 @@ void transfer(Archive& archive, T& value) {
   transfer_list(archive, frame_sizes);
 }
 
-TETRACTION_TRANSFER(RunInputs, scene, numbers, fields, amplitudes)
+TETRACTION_TRANSFER(RunInputs, scene, numbers, fields, amplitudes, surfaces)
 TETRACTION_TRANSFER(StoredCheckpoint, version, is_regular, processes, inputs, times, files,
                     checkpoint)
 #undef TETRACTION_TRANSFER

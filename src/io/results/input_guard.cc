@@ -12,6 +12,7 @@
 
 #include "failed_elements.h"
 #include "io/mesh/mesh_files.h"
+#include "io/scene/obstacle_surfaces.h"
 #include "io/study/study_page.h"
 #include "io/study/study_plots.h"
 #include "io/study/study_run_files.h"
@@ -114,6 +115,9 @@ std::vector<std::string> input_files(const Scene& scene) {
   for (const AmplitudeSettings& amplitude : scene.amplitude) {
     if (amplitude.kind == AmplitudeKind::kFile) add(amplitude.file);
   }
+  for_each_obstacle(scene, [&](const ObstacleSettings& obstacle) {
+    if (obstacle.kind == ObstacleKind::kMesh) add(obstacle.file);
+  });
   add(scene.initial.displacement_field.file);
   add(scene.initial.velocity_field.file);
   return files;

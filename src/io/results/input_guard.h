@@ -9,7 +9,7 @@
 namespace tetraction {
 
 /// The files from which a scene is computed: the scene file, the mesh with the files that belong to it, the tables
-/// of amplitudes and of initial fields. Files need not exist.
+/// of amplitudes, the surfaces of obstacles, and the initial fields. Files need not exist.
 std::vector<std::string> input_files(const Scene& scene);
 
 /// Throws InputError if an input is a file that a run, an equilibrium, modes or a study writes or deletes in `directory`,

@@ -12,6 +12,7 @@
 #include <string_view>
 
 #include "core/fingerprint.h"
+#include "io/scene/obstacle_surfaces.h"
 #include "io/text/byte_stream.h"
 #include "io/text/check_sum.h"
 #include "io/text/foreign_json.h"
@@ -75,6 +76,7 @@ std::string digest_of(const Scene& scene) {
       files.add(value);
     }
   }
+  add_surfaces(scene, files);
   files.add(json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
   return text_of(files);
 }
