@@ -305,22 +305,19 @@ TEST(BodyContact, ABodyTouchesItself) {
 
 // Ten lengths of an element in a step.
 TEST(BodyContact, FastBodiesDoNotPassThrough) {
-  for (const Integrator rule : {Integrator::kEnergyMomentum, Integrator::kBackwardEuler}) {
-    Scene scene = colliding_cubes(rule, 1e-2, 0.1);
-    scene.material.youngs_modulus = 2e9;
-    scene.initial.velocity = {100.0, 0.0, 0.0};
-    scene.mesh.copies[0].at = {3.0, 0.05, 0.0};
-    scene.mesh.copies[0].velocity = {0.0, 0.0, 0.0};
-    scene.time.retry = 8;
-    Session session(scene, mesh_of_bodies(scene));
-    run_apart(session);
-    // The second one was hit.
-    double momentum = 0.0;
-    for (Index v = session.system().vertex_count() / 2; v < session.system().vertex_count(); ++v) {
-      momentum += session.state().momentum[3 * v];
-    }
-    EXPECT_GT(momentum, 100.0) << to_string(rule);
+  Scene scene = colliding_cubes(Integrator::kBackwardEuler, 1e-2, 0.1);
+  scene.material.youngs_modulus = 2e9;
+  scene.initial.velocity = {100.0, 0.0, 0.0};
+  scene.mesh.copies[0].at = {3.0, 0.05, 0.0};
+  scene.mesh.copies[0].velocity = {0.0, 0.0, 0.0};
+  Session session(scene, mesh_of_bodies(scene));
+  run_apart(session);
+  // The second one was hit.
+  double momentum = 0.0;
+  for (Index v = session.system().vertex_count() / 2; v < session.system().vertex_count(); ++v) {
+    momentum += session.state().momentum[3 * v];
   }
+  EXPECT_GT(momentum, 100.0);
 }
 
 }  // namespace

@@ -201,7 +201,10 @@ std::optional<BodyContact> body_contact(const ContactSettings& settings,
   const double usual = share_of_edge(mesh) * mean_edge(mesh, contact.surface);
   contact.thickness = usual;
   const Contact at_rest(mesh, {}, nullptr, contact);
-  const double gap = at_rest.smallest_gap(system.force_point(mesh.rest_positions(), 0.0));
+  const Vector rest = mesh.rest_positions();
+  // What touches is refused, or the initial state moves it away.
+  if (!at_rest.penetrations(system.force_point(rest, 0.0)).empty()) return contact;
+  const double gap = at_rest.smallest_gap(system.force_point(rest, 0.0));
   contact.thickness = std::clamp(gap, kLeastShare * usual, usual);
   return contact;
 }
