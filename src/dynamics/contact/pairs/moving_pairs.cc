@@ -7,13 +7,13 @@
 namespace tetraction {
 namespace {
 
-constexpr Index kPairGrain = 64;
+constexpr Index kMovingPairGrain = 64;
 
 // of(pair) for all pairs, on all threads.
 template <class Part, class Of>
 std::vector<Part> parts_of(std::span<const MovingPair> pairs, const Of& of) {
   std::vector<Part> parts(pairs.size());
-  parallel_for(static_cast<Index>(parts.size()), kPairGrain, [&](Index begin, Index end) {
+  parallel_for(static_cast<Index>(parts.size()), kMovingPairGrain, [&](Index begin, Index end) {
     for (auto k = static_cast<std::size_t>(begin); k < static_cast<std::size_t>(end); ++k) {
       parts[k] = of(pairs[k]);
     }
