@@ -13,6 +13,7 @@
 #include "dynamics/contact/friction/explicit_friction.h"
 #include "dynamics/terms/term_forces.h"
 #include "dynamics/terms/vertex_kernels.h"
+#include "force_cache.h"
 #include "tetraction/core/parallel.h"
 #include "tetraction/dynamics/body_sums.h"
 #include "tetraction/dynamics/constraints/multipliers.h"
@@ -21,27 +22,6 @@
 
 namespace tetraction {
 namespace {
-
-// ∇W of the elastic energy at the current position, kept from the end of the last step.
-class ForceCache {
- public:
-  EvaluationStatus update(const MechanicalSystem& system, const Vector& q) {
-    if (valid_) return {};
-    const EvaluationStatus status =
-        system.elastic_energy_and_gradient(q, elastic_energy_, gradient_);
-    valid_ = status.ok();
-    return status;
-  }
-  bool is_known() const { return valid_; }
-  void invalidate() { valid_ = false; }
-  const Vector& gradient() const { return gradient_; }
-  double elastic_energy() const { return elastic_energy_; }
-
- private:
-  bool valid_ = false;
-  double elastic_energy_ = 0.0;
-  Vector gradient_;
-};
 
 class ExplicitStepper : public Stepper {
  public:
@@ -162,12 +142,14 @@ class ExplicitStepper : public Stepper {
     Vector3 acceleration = Vector3::Zero();  // of all that are uniform
     bool potential = false;     // some others have a potential of the body or of a constraint, …
     bool constraining = false;  // … of a constraint
+    bool only_contact = false;  // those others are the contact with obstacles alone
     bool damping = false;       // anything, viscosity included, is dissipative
   };
 
   void classify_terms() {
     terms_ = {};
     terms_.damping = system_.is_dissipative();
+    terms_.only_contact = system_.part() == nullptr && system_.contact() != nullptr;
     for (const ForceTerm* term : system_.force_terms()) {
       if (!term->has_potential()) continue;
       if (const std::optional<Vector3> acceleration = term->uniform_acceleration()) {
@@ -175,6 +157,7 @@ class ExplicitStepper : public Stepper {
         continue;
       }
       terms_.potential = true;
+      terms_.only_contact = terms_.only_contact && term == system_.contact();
       if (term->account() == EnergyAccount::kConstraintWork) terms_.constraining = true;
     }
     if (system_.part() == nullptr) return;
@@ -196,7 +179,7 @@ class ExplicitStepper : public Stepper {
     kick.inverse_mass = system_.inverse_mass().data();
     kick.gradient = force_.gradient().data();
     kick.dt = dt;
-    if (!terms_.potential && !terms_.damping) {
+    if ((!terms_.potential || terms_.only_contact) && !terms_.damping) {
       kick.acceleration = terms_.acceleration;
       if (load_.size() > 0) {
         kick.force = load_.data();
@@ -209,6 +192,11 @@ class ExplicitStepper : public Stepper {
         ImpulseSums sums(outcome);
         sums.add(dt * system_.own_mass() * kick.acceleration, moment.cross(dt * kick.acceleration));
         sums.enter(outcome);
+      }
+      if (terms_.only_contact) {
+        contact_.set_force(system_.force_point(q, time, span_), dt, outer_, outcome);
+        if (load_.size() > 0) outer_ += load_;
+        kick.force = outer_.data();
       }
       return kick;
     }

@@ -153,6 +153,19 @@ FrictionPower ExplicitFriction::energy(const MechanicalSystem& system, const Vec
   return sum;
 }
 
+void ExplicitContact::set_force(const ForcePoint& at, double dt, Vector& force,
+                                StepOutcome& outcome) const {
+  force.setZero(system_.dof_count());
+  system_.contact()->add_gradient(at, force);
+  ImpulseSums sums(outcome);
+  for (Index v = 0; v < system_.vertex_count(); ++v) {
+    if (vertex_block(force, v).isZero(0.0)) continue;
+    vertex_block(force, v) *= -1.0;
+    sums.add_at(vertex_block(at.position, v), dt * vertex_block(force, v));
+  }
+  sums.enter(outcome);
+}
+
 bool ExplicitContact::has_friction() const {
   return system_.contact() != nullptr && system_.contact()->has_friction();
 }
