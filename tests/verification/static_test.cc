@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "support/corner_scenes.h"
+#include "support/obstacles.h"
 #include "tetraction/mesh/edge_vertices.h"
 #include "tetraction/simulation/equilibrium.h"
 
@@ -460,6 +461,18 @@ TEST(StaticRoundOff, IsToldOf) {
   EXPECT_FALSE(found(1e-6).second);
   EXPECT_GT(found(1e-9).first, 1e-9);
   EXPECT_TRUE(found(1e-9).second);
+}
+
+// What is held carries nothing: the weight is on the floor.
+TEST(StaticRoundOff, IsNotToldOfWhereAFloorCarriesTheWeight) {
+  Scene scene = soft_beam({0.2, 0.2, 0.2}, {3, 3, 3});
+  scene.fix = {fix(SelectAll{}, {true, false, true})};
+  scene.environment.kind = EnvironmentKind::kGravity;
+  scene.obstacle = {plane_obstacle("floor", {0.0, -0.004, 0.0})};
+  FinishedEquilibrium session(scene);
+  for (const std::string& warning : session.warnings()) {
+    EXPECT_EQ(warning.find("round-off"), std::string::npos) << warning;
+  }
 }
 
 // Without loads the reactions of a held body are mere round-off, of which nothing is to tell.

@@ -172,7 +172,7 @@ SceneSection obstacle_section() {
        {{.name = "about",
          .unit = "m",
          .help = "a point of the axis about which it turns",
-         .absent = "its center or `point`"},
+         .absent = "its center or `point`; of a box or a mesh the center of its bounding box"},
         &S::about},
        {{.name = "amplitude",
          .help = "name of an `[[amplitude]]`, the factor of both velocities",

@@ -212,9 +212,12 @@ std::optional<ObstacleNote> obstacle_note(const MechanicalSystem& system, const 
       fmt::format("vertex {} would penetrate {} or pass through it",
                   system.mesh().vertex_id(crossing->vertex), contact->partner(crossing->obstacle)),
       fmt::format("{} at {:.3g} m/s, and should take ten steps to cross the layer of {:.3g} m: "
-                  "take a time.step of {:.2g} s or less, or a larger thickness of {}; if "
-                  "the layer gives way under the impact, raise its stiffness.",
-                  is_body ? "Vertices move" : "It moves", speed, thickness, 0.1 * thickness / speed,
+                  "take {}a larger thickness of {}; if the layer gives way under the impact, raise "
+                  "its stiffness.",
+                  is_body ? "Vertices move" : "It moves", speed, thickness,
+                  speed > 0.0
+                      ? fmt::format("a time.step of {:.2g} s or less, or ", 0.1 * thickness / speed)
+                      : "a smaller time.step, or ",
                   is_body ? "the layer (contact.thickness)" : "the obstacle")};
 }
 

@@ -8,6 +8,7 @@
 #include <limits>
 #include <utility>
 
+#include "contact_point.h"
 #include "simulation/facts/free_motions.h"
 #include "solver/modes/load_stability.h"
 #include "solver/newton/mixed_newton.h"
@@ -286,6 +287,11 @@ StepOutcome LoadStepping::accept(const StepOutcome& outcome, const State& to) {
   const StaticProblem& problem = stepper_.problem();
   path_.force = std::max(problem.applied_force(to.time, to.position).norm(),
                          stepper_.reactions().force.norm());
+  if (const Contact* contact = problem.system().contact(); contact != nullptr) {
+    Vector layers = Vector::Zero(problem.system().dof_count());
+    contact->add_gradient(contact_point(problem.system(), to, true), layers);
+    path_.force = std::max(path_.force, layers.norm());
+  }
   // Without loads and prescribed displacements the reactions are mere round-off.
   if (problem.force_scale() == 0.0 && path_.force <= path_.residual_limit) path_.force = 0.0;
   StepOutcome result = outcome;

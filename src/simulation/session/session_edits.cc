@@ -266,6 +266,10 @@ struct Editor {
   }
   void operator()(const RemoveObstacle& edit) {
     require_index(settings.obstacles, edit.index, "obstacle");
+    if (settings.obstacles[edit.index].removed) {
+      throw InputError(fmt::format("The obstacle \"{}\", number {}, was removed already.",
+                                   settings.obstacles[edit.index].settings.name, edit.index));
+    }
     undo.keep_entry(settings.obstacles, edit.index);
     settings.obstacles[edit.index].removed = true;
     renew_contact("The body");
