@@ -307,7 +307,8 @@ void refuse_penetration(const MechanicalSystem& system, const Vector& position, 
                                         vertices, count > kNamed ? ", ..." : "");
   if (deepest == 0.0) {
     throw InputError(fmt::format(
-        "{} has {} exactly on {}. Contact needs a gap: {}", what, which, partner,
+        "{} has {} exactly on {}. Contact needs a gap{}{}", what, which, partner,
+        is_body ? ". " : ": ",
         is_body ? apart
                 : fmt::format("begin with the obstacle {:.3g} m away, where contact begins, or a "
                               "little nearer.",
