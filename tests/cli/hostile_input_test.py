@@ -91,6 +91,24 @@ end = 1e-2
         os.truncate(self.path("sparse.msh"), 100_000_000_000)
         self.assertIn("has 1e+05 MB", self.refused(3, f"mesh info {mesh}"))
 
+    def test_a_surface_with_a_flat_triangle(self):
+        corners = ["0 0 0", "1 0 0", "0 0 1", "0 0 0", "1 0 0", "2 0 0"]
+        loops = ["".join(f"vertex {corner}\n" for corner in corners[k : k + 3]) for k in (0, 3)]
+        facets = "".join(f"facet normal 0 1 0\nouter loop\n{loop}endloop\nendfacet\n" for loop in loops)
+        self.write("wall.stl", f"solid wall\n{facets}endsolid wall\n")
+        scene = self.write("wall.toml", """
+[mesh]
+generate = { kind = "cube", cells = 1 }
+
+[[obstacle]]
+name = "wall"
+kind = "mesh"
+file = "wall.stl"
+""")
+        message = self.refused(3, f"check {scene}")
+        self.assertIn("wall.stl: Triangle 1", message)
+        self.assertIn("no area", message)
+
     def test_repeated_tetrahedra_and_vertices(self):
         elements = "1 4 2 5 1 1 2 3 4\n2 4 2 6 1 1 3 2 4\n"
         mesh = self.write("twice.msh", TETRAHEDRON % (2, elements))

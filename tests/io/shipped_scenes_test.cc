@@ -33,10 +33,11 @@ TEST_P(ShippedScene, TheSameStepsAsCeres) {
   Scene scene = read_scene(std::string(TETRACTION_SCENES) + "/" + name + ".toml");
   scene.mesh.volume = VolumeRule::kElement;  // Ceres takes no nodal volumes
   const TetMesh mesh = read_scene_mesh(scene);
-  if (!scene.obstacle.empty()) {
+  const bool bodies_touch = scene.contact.between != ContactBetween::kNone;
+  if (!scene.obstacle.empty() || bodies_touch) {
     const bool rubs = std::any_of(scene.obstacle.begin(), scene.obstacle.end(),
                                   [](const ObstacleSettings& each) { return each.friction > 0.0; });
-    if (rubs || integrator == Integrator::kMidpoint) {
+    if (rubs || bodies_touch || integrator == Integrator::kMidpoint) {
       SolverSettings ceres;
       ceres.kind = "ceres";
       EXPECT_THROW(make_stepper(integrator, ceres, *make_system(scene, mesh)), InputError);

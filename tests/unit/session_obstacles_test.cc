@@ -1,5 +1,6 @@
 // Edits of obstacles between two steps.
 #include <cmath>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -182,6 +183,45 @@ TEST_P(ObstacleEdits, NeedAContact) {
   Session later(scene, mesh_of(scene));
   run_until(later, 0.2);
   EXPECT_EQ(later.system().contact()->size(), 1U);
+}
+
+// Nothing crosses the surface of the body there, and no layer is reached.
+TEST(ObstaclesInside, AreRefused) {
+  Scene scene = scene_of({GeneratorKind::kBox, {1.0, 1.0, 1.0}, {2, 2, 2}}, elastic(5e4, 0.3));
+  ObstacleSettings box;
+  box.name = "core";
+  box.kind = ObstacleKind::kBox;
+  box.min = {0.3, 0.3, 0.3};
+  box.max = {0.4, 0.45, 0.4};
+  box.thickness = 0.01;
+  ObstacleSettings ball;
+  ball.name = "core";
+  ball.kind = ObstacleKind::kSphere;
+  ball.center = {0.3, 0.25, 0.2};
+  ball.radius = 0.1;
+  ball.thickness = 0.01;
+  for (const ObstacleSettings& core : {box, ball}) {
+    scene.obstacle = {core};
+    expect_error([&] { Session(scene, mesh_of(scene)); }, {"the whole obstacle \"core\"", "apart"});
+  }
+  // A room around the body is not inside it, and an edit is refused likewise.
+  box.inside = true;
+  box.min = {-0.1, -0.1, -0.1};
+  box.max = {1.1, 1.1, 1.1};
+  scene.obstacle = {box};
+  Session session(scene, mesh_of(scene));
+  ball.name = "ball";
+  expect_error(
+      [&] {
+        session.apply(SetObstacle{std::nullopt, ball});
+      },
+      {"the whole obstacle \"ball\""});
+  EXPECT_EQ(session.settings().obstacles.size(), 1U);
+  ball.center.y() = 3.0;
+  ball.name = "far";
+  session.apply(SetObstacle{std::nullopt, ball});
+  session.apply(RemoveObstacle{1});
+  expect_error([&] { session.apply(RemoveObstacle{1}); }, {"\"far\"", "removed already"});
 }
 
 }  // namespace

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "core/quoting.h"
+#include "dynamics/contact/mesh/triangle_mesh.h"
 #include "io/mesh/triangle_mesh_reader.h"
 #include "io/text/csv_table.h"
 #include "scene_sections.h"
@@ -110,10 +111,14 @@ class ObstacleFiles {
     auto known = surfaces_.find(obstacle.file);
     if (known == surfaces_.end()) {
       TriangleFile read = read_triangle_file(obstacle.file);
-      known = surfaces_
-                  .emplace(obstacle.file, std::make_shared<const MeshShape>(MeshShape{
-                                              std::move(read.points), std::move(read.triangles)}))
-                  .first;
+      auto surface = std::make_shared<const MeshShape>(
+          MeshShape{std::move(read.points), std::move(read.triangles)});
+      try {
+        TriangleMesh(surface->points, surface->triangles);
+      } catch (const InputError& error) {
+        throw FileError(fmt::format("{}: {}", obstacle.file, error.what()));
+      }
+      known = surfaces_.emplace(obstacle.file, std::move(surface)).first;
     }
     obstacle.surface = known->second;
   }

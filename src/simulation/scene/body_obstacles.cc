@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Geometry>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -270,12 +272,75 @@ void move_contact_masses(const Scene& scene, MechanicalSystem& system) {
   system.set_masses(moved_masses(system, system.contact()->vertices(), scene.contact.mass));
 }
 
+namespace {
+
+// The tetrahedron that contains a point, or −1. Edges of quadratic tetrahedra count as straight.
+Index tetrahedron_at(const TetMesh& mesh, const Vector& position, const Vector3& point) {
+  for (Index e = 0; e < mesh.tetrahedron_count(); ++e) {
+    const auto& corners = mesh.tetrahedra[static_cast<std::size_t>(e)];
+    const Vector3 origin = vertex_block(position, corners[0]);
+    Matrix3 edges;
+    for (int k = 0; k < 3; ++k) {
+      edges.col(k) = vertex_block(position, corners[static_cast<std::size_t>(k) + 1]) - origin;
+    }
+    const Vector3 seen = point - origin;
+    // Cramer's rule; the volume has the sign of the orientation.
+    const double volume = edges.determinant();
+    const Vector3 weights(seen.dot(edges.col(1).cross(edges.col(2))),
+                          edges.col(0).dot(seen.cross(edges.col(2))),
+                          edges.col(0).dot(edges.col(1).cross(seen)));
+    if (volume > 0.0 && weights.minCoeff() > 0.0 && weights.sum() < volume) return e;
+  }
+  return -1;
+}
+
+// Points of an obstacle that are all inside a body if the whole of it is. Empty for what has no end.
+std::vector<Vector3> points_of(const ObstacleShape& shape) {
+  if (const auto* mesh = std::get_if<MeshShape>(&shape)) return mesh->points;
+  const auto* sphere = std::get_if<SphereShape>(&shape);
+  if (sphere == nullptr || sphere->inside) return {};
+  std::vector<Vector3> points;
+  for (int axis = 0; axis < 3; ++axis) {
+    for (const double side : {-1.0, 1.0}) {
+      points.emplace_back(sphere->center + side * sphere->radius * Vector3::Unit(axis));
+    }
+  }
+  return points;
+}
+
+// Nothing crosses the body's surface there, so that contact would keep the obstacle inside.
+void refuse_obstacles_inside(const MechanicalSystem& system, const Vector& position, double time,
+                             const std::string& what) {
+  const Contact& contact = *system.contact();
+  const TetMesh& mesh = system.mesh();
+  for (std::size_t i = 0; i < contact.size(); ++i) {
+    const Obstacle& obstacle = contact.obstacle(i);
+    if (obstacle.removed) continue;
+    const ObstacleFrame frame = frame_at(obstacle.motion, time);
+    Index containing = -1;
+    for (const Vector3& point : points_of(obstacle.shape)) {
+      containing = tetrahedron_at(mesh, position, frame.to_world(point));
+      if (containing < 0) break;
+    }
+    if (containing < 0) continue;
+    throw InputError(
+        fmt::format("{} contains the whole obstacle \"{}\", which is inside it at tetrahedron {}. "
+                    "Move the body or the obstacle so that they are apart.",
+                    what, obstacle.name, mesh.tetrahedron_id(containing)));
+  }
+}
+
+}  // namespace
+
 void refuse_penetration(const MechanicalSystem& system, const Vector& position, double time,
                         const std::string& what) {
   if (system.contact() == nullptr) return;
   const std::vector<Contact::Penetration> all =
       system.contact()->penetrations(system.force_point(position, time));
-  if (all.empty()) return;
+  if (all.empty()) {
+    refuse_obstacles_inside(system, position, time, what);
+    return;
+  }
   constexpr std::size_t kNamed = 5;
   const Contact& contact = *system.contact();
   const std::size_t obstacle = all.front().obstacle;
