@@ -259,7 +259,8 @@ class KrylovRootFinder : public NewtonRootFinder {
     if (factor_) factor_->move();
   }
   void begin_direction() override {
-    is_simple_ = with_gmres_ == 0 && with_factor_ == 0;
+    // In the layers of contact a residual just below its limit adds too much energy. Directions of ∂r/∂u leave far less.
+    is_simple_ = with_gmres_ == 0 && with_factor_ == 0 && system_.contact() == nullptr;
     if (with_gmres_ > 0) --with_gmres_;
   }
   bool linearize(RootProblem& problem) override {
@@ -273,7 +274,8 @@ class KrylovRootFinder : public NewtonRootFinder {
     constexpr double kPoor = 0.3;      // GMRES is faster
     constexpr double kExpected = 3.0;  // times the forcing term
     if (ratio > std::max(kPoor, kExpected * forcing)) tries_again();
-    return with_factor_ == 0 && ratio <= std::max(kGood, kExpected * forcing);
+    return with_factor_ == 0 && system_.contact() == nullptr &&
+           ratio <= std::max(kGood, kExpected * forcing);
   }
   // Directions with H alone have not served: those of GMRES may.
   bool tries_again() override {
