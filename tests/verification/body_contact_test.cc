@@ -127,7 +127,7 @@ struct Bars {
     constexpr double kGap = 0.002;
     const auto box = [&](double length) {
       return generate_box({length, kWidth, kWidth},
-                          {static_cast<int>(std::lround(length * cells_of_unit)), 2, 2});
+                          {static_cast<int>(std::lround(length * cells_of_unit)), 1, 1});
     };
     RawMesh raw;
     Matrix velocity(3, 0);
@@ -166,13 +166,13 @@ struct Bars {
 
 // A bar of the length L₁ that meets a longer one of the same section stops, and the other one has v₀ L₁/L₂; equal bars
 // exchange their velocities. They touch for the time 2 L₁/c with the force ½ ρ c v₀ A. The gap takes part of a
-// millimetre, which the bar passes with v₀.
+// millimetre, which the bar passes with v₀. 20 cells of a bar leave ripples of the wave.
 TEST(BodyContact, BarsExchangeTheirMomentum) {
   for (const double second : {1.0, 2.0}) {
     Bars bars(1.0, second, 20);
     const double contact_time = 2.0 * 1.0 / bars.speed_of_waves;
     bars.scene.time.integrator = Integrator::kEnergyMomentum;
-    bars.scene.time.step = contact_time / 80.0;
+    bars.scene.time.step = contact_time / 60.0;
     // To the layer, the contact, and until the end of the second bar has its last wave.
     bars.scene.time.end = 0.0015 / Bars::kSpeed + 1.2 * contact_time;
     Session session(bars.scene, bars.mesh);
@@ -204,7 +204,7 @@ TEST(BodyContact, BarsExchangeTheirMomentum) {
     EXPECT_LT(session.balance().max_relative_energy_drift(), 1e-11);
     const double impedance = Bars::kDensity * bars.speed_of_waves * Bars::kWidth * Bars::kWidth;
     EXPECT_NEAR(middle_force / middle_steps, 0.5 * impedance * Bars::kSpeed,
-                0.01 * 0.5 * impedance * Bars::kSpeed)
+                0.02 * 0.5 * impedance * Bars::kSpeed)
         << second;
     EXPECT_NEAR(momentum(0, bars.vertices_of_first), 0.0, 0.03 * whole) << second;
     EXPECT_NEAR(momentum(bars.vertices_of_first, all) / mass_of_second, Bars::kSpeed / second,
@@ -307,6 +307,7 @@ TEST(BodyContact, ABodyTouchesItself) {
 TEST(BodyContact, FastBodiesDoNotPassThrough) {
   Scene scene = colliding_cubes(Integrator::kBackwardEuler, 1e-2, 0.1);
   scene.material.youngs_modulus = 2e9;
+  scene.time.retry = 8;
   scene.initial.velocity = {100.0, 0.0, 0.0};
   scene.mesh.copies[0].at = {3.0, 0.05, 0.0};
   scene.mesh.copies[0].velocity = {0.0, 0.0, 0.0};
