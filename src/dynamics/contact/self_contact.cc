@@ -331,7 +331,7 @@ void SelfContact::add_support(const Vector& x, double reach, SurfaceBlocks& bloc
 }
 
 // The sides of a pair come nearer with the rate of their distance. Both may move, which doubles the stiffness that
-// a vertex feels.
+// a vertex feels, and several pairs of edges may have a vertex.
 void SelfContact::approaching(const Vector& x, const Vector& v, double reach,
                               std::vector<Approach>& found) const {
   for (const MovingPair& moving : pairs_of(find_near(x, x, reach))) {
@@ -340,8 +340,10 @@ void SelfContact::approaching(const Vector& x, const Vector& v, double reach,
     if (d > reach) continue;
     const Vector3 rate = moving.moves(v) * distance.weights;
     const double speed = d > 0.0 ? -distance.difference.dot(rate) / d : 0.0;
+    const bool is_edges = moving.pair.kind == PairKind::kEdgeEdge;
     for (const Index i : moving.own()) {
-      found.push_back({i, 2.0 * surface_.areas[place(i)], d, speed});
+      const double area = is_edges ? 2.0 * moving.pair.weight : surface_.areas[place(i)];
+      found.push_back({i, 2.0 * area, d, speed});
     }
   }
 }
