@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Makes ball_drop.png, gripper.png, gripped_ball.png or pressed_column.png of the gallery:
+"""Makes ball_drop.png, gripper.png, gripped_ball.png, pressed_column.png, colliding_blocks.png or block_pile.png of the gallery:
 /usr/bin/python3 docs/images/contact.py RUN_DIRECTORY [NAME]
 
 The directory is that of a run of the scene with this name. The body is drawn at
@@ -26,6 +26,10 @@ PICTURES = {
                      "zoom": 1.7, "eye": (0.3, 0.3, 1.0)},
     "pressed_column": {"times": [0.0, 0.5, 1.5], "distance": 0.2, "top": 5.0e5, "size": (1000, 420), "half": (0.075, 0.075),
                        "zoom": 1.8, "eye": (0.3, 0.3, 1.0)},
+    "colliding_blocks": {"times": [0.0, 0.08, 0.104, 0.128, 0.2], "distance": 0.95, "top": 8.0e3, "size": (1000, 300),
+                         "zoom": 2.3, "eye": (0.1, 0.35, 1.0)},
+    "block_pile": {"times": [0.0, 0.2, 0.4, 1.0], "distance": 0.75, "top": 4.0e3, "size": (1000, 420),
+                   "zoom": 1.6, "eye": (0.2, 0.35, 1.0)},
 }  # fmt: skip
 
 
@@ -91,7 +95,8 @@ def main(directory, name=None):
         mapper.SetLookupTable(colours)
         # Side by side as the eye sees it.
         place = picture["distance"] * column * right - np.array([middle[0], 0.0, 0.0])
-        actors = [actor] + [plate(scene, o, time, picture["half"], middle) for o in scene["obstacle"]]
+        planes = [o for o in scene.get("obstacle", []) if o["kind"] == "plane"]
+        actors = [actor] + [plate(scene, o, time, picture["half"], middle) for o in planes]
         for each in actors:
             each.SetPosition(*place)
             renderer.AddActor(each)

@@ -140,7 +140,7 @@ TEST(MovedMasses, AreRefusedWhereTheyCannotBe) {
   expect(scene, "no place inside");
   scene = block({0.4, 0.3, 0.2}, {4, 6, 3});
   scene.obstacle.clear();
-  expect(scene, "the scene has no [[obstacle]]");
+  expect(scene, "neither an [[obstacle]] nor contact.between");
   scene = block({0.4, 0.3, 0.2}, {4, 6, 3});
   for (const double mass : {0.0, -1.0, 1.5}) {
     scene.contact.mass = mass;

@@ -276,6 +276,7 @@ namespace {
 
 // The tetrahedron that contains a point, or −1. Edges of quadratic tetrahedra count as straight.
 Index tetrahedron_at(const TetMesh& mesh, const Vector& position, const Vector3& point) {
+  constexpr double kOnFace = 1e-9;  // so that points on faces are found
   for (Index e = 0; e < mesh.tetrahedron_count(); ++e) {
     const auto& corners = mesh.tetrahedra[static_cast<std::size_t>(e)];
     const Vector3 origin = vertex_block(position, corners[0]);
@@ -289,7 +290,10 @@ Index tetrahedron_at(const TetMesh& mesh, const Vector& position, const Vector3&
     const Vector3 weights(seen.dot(edges.col(1).cross(edges.col(2))),
                           edges.col(0).dot(seen.cross(edges.col(2))),
                           edges.col(0).dot(edges.col(1).cross(seen)));
-    if (volume > 0.0 && weights.minCoeff() > 0.0 && weights.sum() < volume) return e;
+    const double round_off = kOnFace * volume;
+    if (volume > 0.0 && weights.minCoeff() >= -round_off && weights.sum() <= volume + round_off) {
+      return e;
+    }
   }
   return -1;
 }

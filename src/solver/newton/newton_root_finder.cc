@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "core/gmres.h"
+#include "dynamics/problems/energy_momentum_problem.h"
 #include "dynamics/problems/solve_to_round_off.h"
 #include "factor_gmres.h"
 #include "forcing_term.h"
@@ -249,6 +250,8 @@ class KrylovRootFinder : public NewtonRootFinder {
     linear_.begin_step(problem.approximation(), at_.u);
     with_gmres_ = 0;
     is_simple_ = false;
+    keeps_energy_of_contact_ = system_.contact() != nullptr &&
+                               dynamic_cast<const EnergyMomentumProblem*>(&problem) != nullptr;
   }
   void end(MinimizerReport& report) override {
     report.linear = with_factor_ > 0 ? "factor" : linear_.name();
@@ -260,7 +263,7 @@ class KrylovRootFinder : public NewtonRootFinder {
   }
   void begin_direction() override {
     // In the layers of contact a residual just below its limit adds too much energy. Directions of ∂r/∂u leave far less.
-    is_simple_ = with_gmres_ == 0 && with_factor_ == 0 && system_.contact() == nullptr;
+    is_simple_ = with_gmres_ == 0 && with_factor_ == 0 && !keeps_energy_of_contact_;
     if (with_gmres_ > 0) --with_gmres_;
   }
   bool linearize(RootProblem& problem) override {
@@ -274,7 +277,7 @@ class KrylovRootFinder : public NewtonRootFinder {
     constexpr double kPoor = 0.3;      // GMRES is faster
     constexpr double kExpected = 3.0;  // times the forcing term
     if (ratio > std::max(kPoor, kExpected * forcing)) tries_again();
-    return with_factor_ == 0 && system_.contact() == nullptr &&
+    return with_factor_ == 0 && !keeps_energy_of_contact_ &&
            ratio <= std::max(kGood, kExpected * forcing);
   }
   // Directions with H alone have not served: those of GMRES may.
@@ -374,8 +377,9 @@ class KrylovRootFinder : public NewtonRootFinder {
   NewtonLinearSolver linear_;
   std::unique_ptr<FactorGmres> factor_;
   bool may_choose_;
-  int with_factor_ = 0;           // directions to be found with the factor
-  int with_gmres_ = 0;            // … and with GMRES, although H might serve alone
+  int with_factor_ = 0;  // directions to be found with the factor
+  int with_gmres_ = 0;   // … and with GMRES, although H might serve alone
+  bool keeps_energy_of_contact_ = false;
   bool is_simple_ = false;        // whether H serves alone for the present direction
   Vector point_;                  // u of the linearisation
   bool has_new_matrix_ = true;    // and whether the linear solvers do not know it yet
