@@ -268,6 +268,33 @@ TEST(SelfContact, PlacesInAReentrantCornerPush) {
   EXPECT_NEAR(sum, pairs, 1e-9 * pairs);
 }
 
+// Two cubes that stand on an edge, one upon the other: nothing but the pair of these edges holds them.
+TEST(SelfContact, SharpEdgesHoldWhatMeetsThem) {
+  Triangles lower = cube_surface(1, 1.0);
+  Triangles upper = cube_surface(1, 1.0);
+  const double quarter = std::atan(1.0);
+  for (Triangles* t : {&lower, &upper}) {
+    for (Vector3& p : t->points) p -= Vector3::Constant(0.5);
+  }
+  turn_and_move(lower, Vector3::UnitX(), quarter, Vector3::Zero());
+  turn_and_move(upper, Vector3::UnitY(), quarter, Vector3(0.0, 0.0, std::sqrt(2.0) + 0.03));
+  const TwoBodies two(lower, upper);
+  const Vector& x = two.surface.rest;
+  ASSERT_LT(two.contact.penetrating_vertex(x), 0);
+  EXPECT_NEAR(two.contact.smallest_gap(x), 0.03, 1e-14);
+  double area = 0.0;
+  int count = 0;
+  for (Index i = 0; i < x.size() / 3; ++i) {
+    const double z = x[3 * i + 2];
+    if (std::abs(z - std::sqrt(0.5)) > 0.05) continue;
+    area += two.surface.areas[static_cast<std::size_t>(i)];
+    ++count;
+  }
+  ASSERT_EQ(count, 4);
+  EXPECT_NEAR(two.contact.energy(x), 0.5 * area / 4.0 * kLayer.value(0.03),
+              1e-12 * two.contact.energy(x));
+}
+
 TEST(SelfContact, SeesWhatPenetrates) {
   const TwoBodies two = tilted_cubes();
   EXPECT_LT(two.contact.penetrating_vertex(two.surface.rest), 0);

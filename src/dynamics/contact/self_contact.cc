@@ -1,5 +1,7 @@
 #include "self_contact.h"
 
+#include <Eigen/Geometry>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -11,8 +13,11 @@
 namespace tetraction {
 namespace {
 
-// Pairs of edges have this part of the area of a vertex.
+// Pairs of edges have these parts of the area of a vertex: any, and two sharp ones.
 constexpr double kEdgeShare = 0.01;
+constexpr double kSharpEdgeShare = 0.5;
+// The cosine of the angle between the normals of two triangles from which on their edge is sharp.
+constexpr double kSharp = 0.8;
 
 std::size_t place(Index i) {
   return static_cast<std::size_t>(i);
@@ -51,8 +56,28 @@ SelfContact::SelfContact(ContactSurface surface, std::vector<Index> body_of, boo
     }
   }
   std::sort(face_of_.begin(), face_of_.end());
+  find_sharp_edges();
   triangles_ = BoxTree(boxes(surface_.triangles));
   edges_ = BoxTree(boxes(surface_.edges));
+}
+
+// An edge of a single triangle is no sharp one: it ends the part of the surface that may touch.
+void SelfContact::find_sharp_edges() {
+  const auto normal = [&](Index t) {
+    const auto& [a, b, c] = surface_.triangles[place(t)];
+    const Vector3 origin = vertex_block(surface_.rest, a);
+    const Vector3 area = (vertex_block(surface_.rest, b) - origin)
+                             .cross(Vector3(vertex_block(surface_.rest, c) - origin));
+    return Vector3(area.normalized());
+  };
+  is_sharp_.assign(surface_.edges.size(), false);
+  for (std::size_t e = 0; e < surface_.edges.size(); ++e) {
+    const auto [first, last] = std::ranges::equal_range(
+        face_of_, surface_.edges[e], {}, [](const auto& each) { return each.first; });
+    if (last - first == 2) {
+      is_sharp_[e] = normal(first->second).dot(normal((first + 1)->second)) < kSharp;
+    }
+  }
 }
 
 bool SelfContact::may_touch(Index a, Index b) const {
@@ -116,7 +141,8 @@ MovingPair SelfContact::edge_edge(Index edge, Index other) const {
   moving.count = 4;
   double area = 0.0;
   for (const Index v : moving.own()) area += 0.25 * surface_.areas[place(v)];
-  moving.pair.weight = kEdgeShare * area;
+  const bool are_sharp = is_sharp_[place(edge)] && is_sharp_[place(other)];
+  moving.pair.weight = (are_sharp ? kSharpEdgeShare : kEdgeShare) * area;
   const Vector& rest = surface_.rest;
   moving.pair.parallel = parallel_limit(vertex_block(rest, j) - vertex_block(rest, i),
                                         vertex_block(rest, l) - vertex_block(rest, k));

@@ -14,12 +14,13 @@ namespace tetraction {
 
 /// The potential of Li et al. (2023) over vertices x, triangles t, edges e and vertices v of one surface,
 ///
-///     U = ½ Σ_x w_x [Σ_t U_b(d(x,t)) + Σ_e c_e U_b(d(x,e)) + Σ_v c_v U_b(d(x,v))] + 0.01 Σ w_ef U_b(d(e,f)) e(c),
+///     U = ½ Σ_x w_x [Σ_t U_b(d(x,t)) + Σ_e c_e U_b(d(x,e)) + Σ_v c_v U_b(d(x,v))] + Σ c_ef w_ef U_b(d(e,f)) e(c),
 ///
 /// with the areas w_x of the vertices. c_e = 1 − (number of triangles at the edge) and c_v = 1 − (number of
 /// triangles at the vertex) − Σ c_e cancel what several triangles count twice, so that flat faces transmit −U_b′
 /// exactly. Pairs of edges, with the mollifier of pair_potential.h, keep edges from passing through each other; w_ef is
-/// the mean area of the four vertices. Features that share a vertex are no pairs.
+/// the mean area of the four vertices. c_ef = 0.01, because no weight is right for all pairs of meshes of flat faces, and
+/// 0.5 for two edges that are sharp at rest, which meet in a single place. Features that share a vertex are no pairs.
 ///
 /// Pairs of a vertex with the same closest feature are one. Forces over a step are the discrete gradients of single
 /// pairs (mean_pair()), which keep the energy and both momenta of all bodies.
@@ -68,6 +69,7 @@ class SelfContact final : public ObstacleContact {
     Index penetrating = -1;
   };
 
+  void find_sharp_edges();
   bool may_touch(Index a, Index b) const;
   void refit(const Vector& from, const Vector& to) const;
   Near find_near(const Vector& from, const Vector& to, double reach) const;
@@ -94,6 +96,7 @@ class SelfContact final : public ObstacleContact {
   Barrier barrier_;
   // An edge, or a vertex twice, and each of the triangles that have it; sorted.
   std::vector<std::pair<std::array<Index, 2>, Index>> face_of_;
+  std::vector<bool> is_sharp_;  // of each edge, at rest
   mutable BoxTree triangles_, edges_;
   mutable Way state_;
   mutable Way way_;
