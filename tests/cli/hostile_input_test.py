@@ -100,6 +100,14 @@ end = 1e-2
 [mesh]
 generate = { kind = "cube", cells = 1 }
 
+[material]
+youngs_modulus = 1.0e5
+poissons_ratio = 0.3
+
+[time]
+step = 0.001
+end = 0.01
+
 [[obstacle]]
 name = "wall"
 kind = "mesh"
