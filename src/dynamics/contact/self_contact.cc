@@ -16,6 +16,9 @@ namespace {
 // Pairs of edges have these parts of the area of a vertex: any, and two sharp ones.
 constexpr double kEdgeShare = 0.01;
 constexpr double kSharpEdgeShare = 0.5;
+// The mollifier of sharp ones begins at sin² = 0.1 of the angle between them: where edges of such a share become parallel,
+// the closest points move far in a step.
+constexpr double kSharpParallel = 100.0;
 // The cosine of the angle between the normals of two triangles from which on their edge is sharp.
 constexpr double kSharp = 0.8;
 
@@ -144,7 +147,8 @@ MovingPair SelfContact::edge_edge(Index edge, Index other) const {
   const bool are_sharp = is_sharp_[place(edge)] && is_sharp_[place(other)];
   moving.pair.weight = (are_sharp ? kSharpEdgeShare : kEdgeShare) * area;
   const Vector& rest = surface_.rest;
-  moving.pair.parallel = parallel_limit(vertex_block(rest, j) - vertex_block(rest, i),
+  moving.pair.parallel = (are_sharp ? kSharpParallel : 1.0) *
+                         parallel_limit(vertex_block(rest, j) - vertex_block(rest, i),
                                         vertex_block(rest, l) - vertex_block(rest, k));
   return moving;
 }
