@@ -36,7 +36,7 @@ class SurfaceBlocks {
 ///     u = Σ (w_i + L_i) v_i,
 ///
 /// and a force F on the first side in the direction of slip means the forces (w_i + L_i)ᵀ F on the vertices. The L_i take
-/// from the velocity what comes from the rotation of both sides together (slip_of_face()); they are zero for obstacles.
+/// from the velocity what comes from the rotation of both sides together (face_rotation()); they are zero for obstacles.
 struct ContactPoint {
   static constexpr int kMost = 5;                 ///< vertices
   int count = 0;                                  ///< number of vertices
