@@ -1,6 +1,7 @@
 #include "tetraction/core/positive_semidefinite.h"
 
 #include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 
 #include "decompositions.h"
 
@@ -32,6 +33,13 @@ Matrix3 positive_semidefinite_part(const Matrix3& a) {
   const SymmetricEigen3 eigen = symmetric_eigen(a);
   if (eigen.values[0] >= 0.0) return a;
   return eigen.vectors * eigen.values.cwiseMax(0.0).asDiagonal() * eigen.vectors.transpose();
+}
+
+Eigen::Matrix<double, 6, 6> positive_semidefinite_part(const Eigen::Matrix<double, 6, 6>& a) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 6, 6>> eigen(a);
+  if (eigen.eigenvalues()[0] >= 0.0) return a;
+  return eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0.0).asDiagonal() *
+         eigen.eigenvectors().transpose();
 }
 
 Matrix positive_semidefinite_part(const Matrix& a) {

@@ -37,12 +37,8 @@ void expect_all_found(const BoxTree& tree, const std::vector<Box>& boxes, std::m
 TEST(BoxTree, FindsAllItemsInAscendingOrder) {
   std::mt19937 random(21);
   for (const int count : {0, 1, 2, 3, 4, 5, 8, 9, 17, 63, 64, 65, 1000, 3001}) {
-    std::vector<Box> boxes = random_boxes(random, count);
-    BoxTree tree(boxes);
-    expect_all_found(tree, boxes, random);
-    boxes = random_boxes(random, count);
-    tree.refit(boxes);
-    expect_all_found(tree, boxes, random);
+    const std::vector<Box> boxes = random_boxes(random, count);
+    expect_all_found(BoxTree(boxes), boxes, random);
   }
 }
 
@@ -66,20 +62,17 @@ TEST(BoxTree, EqualBoxesAndBoundsThatTouch) {
   EXPECT_EQ(found.size(), 50U);
 }
 
-TEST(BoxTree, RefitDoesNotDependOnThreads) {
+TEST(BoxTree, DoesNotDependOnThreads) {
   std::mt19937 random(22);
-  const std::vector<Box> first = random_boxes(random, 20000);
-  const std::vector<Box> second = random_boxes(random, 20000);
-  BoxTree one(first);
-  BoxTree many(first);
+  const std::vector<Box> boxes = random_boxes(random, 20000);
   set_thread_count(1);
-  one.refit(second);
+  const BoxTree one(boxes);
   set_thread_count(8);
-  many.refit(second);
+  const BoxTree many(boxes);
   set_thread_count(0);
   EXPECT_EQ(one.bounds().lower, many.bounds().lower);
-  expect_all_found(one, second, random);
-  expect_all_found(many, second, random);
+  expect_all_found(one, boxes, random);
+  expect_all_found(many, boxes, random);
 }
 
 }  // namespace

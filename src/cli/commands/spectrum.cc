@@ -7,6 +7,7 @@
 #include <string>
 
 #include "cli/console.h"
+#include "fem/jointed_pieces.h"
 #include "tetraction/core/error.h"
 #include "tetraction/dynamics/steppers/oscillator.h"
 #include "tetraction/solver/normal_modes.h"
@@ -60,8 +61,9 @@ Spectrum spectrum_of(const MechanicalSystem& system, const StabilityLimit& limit
   spectrum.highest = limit.omega_max / (2.0 * std::numbers::pi);
   const Index size = system.coordinates().count();
   if (size == 0 || (size > kCheap && !always)) return spectrum;
-  // Six rigid modes at most, unless the body has several parts or hinges.
-  for (const Index count : {Index{7}, Index{200}}) {
+  // Each part has six rigid modes at most, unless it has hinges.
+  const auto parts = static_cast<Index>(connected_parts(system.rest()).size());
+  for (const Index count : {6 * parts + 1, 6 * parts + 200}) {
     NormalModes modes;
     NormalModeOptions options;
     options.count = count;

@@ -26,28 +26,13 @@ std::size_t place(Index i) {
   return static_cast<std::size_t>(i);
 }
 
-// The vertices of the second side that are closest to the first one, as bits of the columns 1 to 3.
-int closest_feature(const PairDistance& distance) {
-  int bits = 0;
-  for (int k = 1; k < 4; ++k) bits |= distance.weights[k] != 0.0 ? 1 << k : 0;
-  return bits;
-}
-
 }  // namespace
 
 SelfContact::SelfContact(ContactSurface surface, std::vector<Index> body_of, bool within_bodies,
                          const Barrier& barrier)
     : surface_(std::move(surface)),
-      body_of_(std::move(body_of)),
-      within_bodies_(within_bodies),
-      barrier_(barrier) {
-  const auto boxes = [&](const auto& items) {
-    std::vector<Box> all(items.size());
-    for (std::size_t k = 0; k < items.size(); ++k) {
-      for (const Index i : items[k]) all[k].add(vertex_block(surface_.rest, i));
-    }
-    return all;
-  };
+      barrier_(barrier),
+      near_(surface_, std::move(body_of), within_bodies, barrier.thickness) {
   for (std::size_t t = 0; t < surface_.triangles.size(); ++t) {
     const auto& [a, b, c] = surface_.triangles[t];
     const auto face = static_cast<Index>(t);
@@ -60,8 +45,30 @@ SelfContact::SelfContact(ContactSurface surface, std::vector<Index> body_of, boo
   }
   std::sort(face_of_.begin(), face_of_.end());
   find_sharp_edges();
-  triangles_ = BoxTree(boxes(surface_.triangles));
-  edges_ = BoxTree(boxes(surface_.edges));
+  number_features();
+  constexpr double kLongestPart = 2.0;  // mean edges
+  for (const auto& [i, j] : surface_.edges) {
+    longest_part_ += kLongestPart *
+                     (vertex_block(surface_.rest, i) - vertex_block(surface_.rest, j)).norm() /
+                     static_cast<double>(surface_.edges.size());
+  }
+}
+
+void SelfContact::number_features() {
+  for (const auto& [edge, face] : face_of_) {
+    if (edge[0] != edge[1] && (sides_.empty() || sides_.back() != edge)) sides_.push_back(edge);
+  }
+  const auto first_side = static_cast<Index>(surface_.triangles.size());
+  const auto side_of = [&](Index i, Index j) {
+    const auto found = std::ranges::lower_bound(sides_, std::array{std::min(i, j), std::max(i, j)});
+    return first_side + static_cast<Index>(found - sides_.begin());
+  };
+  features_of_.reserve(surface_.triangles.size());
+  for (std::array<Index, 3> corners : surface_.triangles) {
+    std::ranges::sort(corners);
+    const auto& [a, b, c] = corners;
+    features_of_.push_back({corners, {side_of(b, c), side_of(a, c), side_of(a, b)}});
+  }
 }
 
 // An edge of a single triangle is no sharp one: it ends the part of the surface that may touch.
@@ -81,49 +88,6 @@ void SelfContact::find_sharp_edges() {
       is_sharp_[e] = normal(first->second).dot(normal((first + 1)->second)) < kSharp;
     }
   }
-}
-
-bool SelfContact::may_touch(Index a, Index b) const {
-  return within_bodies_ || body_of_[place(a)] != body_of_[place(b)];
-}
-
-void SelfContact::refit(const Vector& from, const Vector& to) const {
-  const auto boxes = [&](const auto& items) {
-    std::vector<Box> all(items.size());
-    parallel_for(static_cast<Index>(items.size()), kItemsOfPiece, [&](Index begin, Index end) {
-      for (std::size_t k = place(begin); k < place(end); ++k) {
-        all[k] = box_of_ways(items[k], from, to);
-      }
-    });
-    return all;
-  };
-  triangles_.refit(boxes(surface_.triangles));
-  edges_.refit(boxes(surface_.edges));
-}
-
-SelfContact::Near SelfContact::find_near(const Vector& from, const Vector& to, double reach) const {
-  refit(from, to);
-  const auto box_of = [&](std::span<const Index> corners) {
-    return box_of_ways(corners, from, to).widened(reach);
-  };
-  Near near;
-  near.vertex_faces = gather_pairs(from.size() / 3, [&](Index i, std::vector<Index>& found) {
-    triangles_.query(box_of({&i, 1}), found);
-    std::erase_if(found, [&](Index t) {
-      const auto& corners = surface_.triangles[place(t)];
-      return !may_touch(i, corners[0]) || std::ranges::count(corners, i) > 0;
-    });
-  });
-  near.edge_edges = gather_pairs(
-      static_cast<Index>(surface_.edges.size()), [&](Index e, std::vector<Index>& found) {
-        const auto& [i, j] = surface_.edges[place(e)];
-        edges_.query(box_of(surface_.edges[place(e)]), found);
-        std::erase_if(found, [&](Index f) {
-          const auto& [k, l] = surface_.edges[place(f)];
-          return f <= e || !may_touch(i, k) || i == k || i == l || j == k || j == l;
-        });
-      });
-  return near;
 }
 
 MovingPair SelfContact::vertex_face(Index vertex, Index triangle) const {
@@ -153,12 +117,57 @@ MovingPair SelfContact::edge_edge(Index edge, Index other) const {
   return moving;
 }
 
-std::vector<MovingPair> SelfContact::pairs_of(const Near& near) const {
+std::vector<MovingPair> SelfContact::pairs_of(const NearFeatures::Found& near) const {
   std::vector<MovingPair> pairs;
   pairs.reserve(near.vertex_faces.size() + near.edge_edges.size());
   for (const auto& [i, t] : near.vertex_faces) pairs.push_back(vertex_face(i, t));
   for (const auto& [e, f] : near.edge_edges) pairs.push_back(edge_edge(e, f));
   return pairs;
+}
+
+// The pair of a vertex with a feature.
+MovingPair SelfContact::vertex_feature(Index vertex, Index feature, double coefficient) const {
+  const auto triangles = static_cast<Index>(surface_.triangles.size());
+  const Index vertices = triangles + static_cast<Index>(sides_.size());
+  MovingPair moving;
+  moving.pair.weight = 0.5 * surface_.areas[place(vertex)] * coefficient;
+  moving.vertices[0] = vertex;
+  if (feature < triangles) {
+    moving.pair.kind = PairKind::kPointTriangle;
+    moving.count = 4;
+    std::ranges::copy(features_of_[place(feature)].corners, moving.vertices.begin() + 1);
+  } else if (feature < vertices) {
+    moving.pair.kind = PairKind::kPointEdge;
+    moving.count = 3;
+    std::ranges::copy(sides_[place(feature - triangles)], moving.vertices.begin() + 1);
+  } else {
+    moving.pair.kind = PairKind::kPointPoint;
+    moving.count = 2;
+    moving.vertices[1] = feature - vertices;
+  }
+  return moving;
+}
+
+// The part of a feature that is closest to a vertex.
+Index SelfContact::closest_feature(Index feature, const PairDistance& distance) const {
+  const auto triangles = static_cast<Index>(surface_.triangles.size());
+  const Index vertices = triangles + static_cast<Index>(sides_.size());
+  const auto is_used = [&](std::size_t corner) {
+    return distance.weights[static_cast<int>(corner) + 1] != 0.0;
+  };
+  if (feature < triangles) {
+    const Triangle& triangle = features_of_[place(feature)];
+    const int used = is_used(0) + is_used(1) + is_used(2);
+    if (used == 3) return feature;
+    for (std::size_t c = 0; c < 3; ++c) {
+      if (used == 2 && !is_used(c)) return triangle.sides.at(c);
+      if (used == 1 && is_used(c)) return vertices + triangle.corners.at(c);
+    }
+  }
+  if (feature < vertices && is_used(0) != is_used(1)) {
+    return vertices + sides_[place(feature - triangles)].at(is_used(0) ? 0 : 1);
+  }
+  return feature;
 }
 
 // The pairs of a vertex with triangles, and with their edges and vertices. Those whose closest feature is the same at
@@ -167,86 +176,69 @@ void SelfContact::add_pairs_of(Index vertex, std::span<const std::array<Index, 2
                                const Vector& from, const Vector& to,
                                std::vector<MovingPair>& pairs) const {
   struct Feature {
-    std::array<Index, 3> vertices{-1, -1, -1};  // ascending, those that are not used first
-    double coefficient = 0.0;
+    Index number;
+    double coefficient;
   };
+  const double limit = barrier_.thickness * barrier_.thickness;
+  const auto distance_of = [&](Index feature, const Vector& x) {
+    const MovingPair moving = vertex_feature(vertex, feature, 1.0);
+    return pair_distance(moving.pair.kind, moving.points(x));
+  };
+  // No edge or vertex is nearer than the triangles that it belongs to.
+  const bool is_near = std::ranges::any_of(faces, [&](const auto& pair) {
+    return distance_of(pair[1], from).squared < limit ||
+           (&from != &to && distance_of(pair[1], to).squared < limit);
+  });
+  if (!is_near) return;
+
   std::vector<Feature> features;
-  const auto add = [&features](std::array<Index, 3> corners, double coefficient) {
-    std::sort(corners.begin(), corners.end());
-    const auto known = std::ranges::find(features, corners, &Feature::vertices);
-    if (known == features.end()) {
-      features.push_back({corners, coefficient});
+  const auto add_to = [](std::vector<Feature>& all, Index number, double coefficient) {
+    const auto known = std::ranges::find(all, number, &Feature::number);
+    if (known == all.end()) {
+      all.push_back({number, coefficient});
     } else {
       known->coefficient += coefficient;
     }
   };
   // c_e = 1 − Σ 1 and c_v = 1 − Σ 1 − Σ c_e.
-  for (const auto& [i, t] : faces) add(surface_.triangles[place(t)], 1.0);
+  const auto first_side = static_cast<Index>(surface_.triangles.size());
+  const Index first_vertex = first_side + static_cast<Index>(sides_.size());
+  for (const auto& [i, t] : faces) features.push_back({t, 1.0});
   const std::size_t triangles = features.size();
-  const auto add_parts = [&](std::size_t begin, std::size_t end, int removed) {
-    for (std::size_t k = begin; k < end; ++k) {
-      const Feature whole = features[k];
-      for (std::size_t c = 0; c < 3; ++c) {
-        std::array<Index, 3> part = whole.vertices;
-        if (part[c] < 0) continue;
-        part[c] = -1;
-        if (removed == 2) {  // a vertex of a triangle
-          part = {-1, -1, whole.vertices[c]};
-        }
-        add(part, -whole.coefficient);
-      }
-    }
-  };
-  add_parts(0, triangles, 1);
-  const std::size_t edges = features.size();
-  for (std::size_t k = triangles; k < edges; ++k) features[k].coefficient += 1.0;
-  add_parts(0, triangles, 2);
-  add_parts(triangles, edges, 1);
-  for (std::size_t k = edges; k < features.size(); ++k) features[k].coefficient += 1.0;
-
-  const double limit = barrier_.thickness * barrier_.thickness;
-  struct Close {
-    std::array<Index, 3> vertices;
-    std::array<Index, 3> key;  // the closest feature at both ends, if it is the same
-    double coefficient;
-  };
-  std::vector<Close> close;
-  const auto pair_of = [&](const std::array<Index, 3>& corners, double coefficient) {
-    const int unused = static_cast<int>(std::ranges::count(corners, Index{-1}));
-    constexpr std::array kKinds{PairKind::kPointTriangle, PairKind::kPointEdge,
-                                PairKind::kPointPoint};
-    MovingPair moving;
-    moving.pair.kind = kKinds[static_cast<std::size_t>(unused)];
-    moving.pair.weight = 0.5 * surface_.areas[place(vertex)] * coefficient;
-    moving.count = 4 - unused;
-    moving.vertices[0] = vertex;
-    std::copy(corners.begin() + unused, corners.end(), moving.vertices.begin() + 1);
-    return moving;
-  };
-  for (const Feature& feature : features) {
-    if (feature.coefficient == 0.0) continue;
-    const MovingPair moving = pair_of(feature.vertices, 1.0);
-    const PairDistance d0 = pair_distance(moving.pair.kind, moving.points(from));
-    const PairDistance d1 = pair_distance(moving.pair.kind, moving.points(to));
-    if (!(d0.squared < limit) && !(d1.squared < limit)) continue;
-    Close item{feature.vertices, feature.vertices, feature.coefficient};
-    const int bits = closest_feature(d0);
-    if (bits == closest_feature(d1)) {
-      item.key = {-1, -1, -1};
-      std::size_t next = 3;
-      for (int k = 3; k > 0; --k) {
-        if ((bits & (1 << k)) != 0) item.key[--next] = moving.vertices[static_cast<std::size_t>(k)];
-      }
-    }
-    const auto known = std::ranges::find(close, item.key, &Close::key);
-    if (known == close.end()) {
-      close.push_back(item);
-    } else {
-      known->coefficient += item.coefficient;
+  for (std::size_t k = 0; k < triangles; ++k) {
+    for (const Index side : features_of_[place(features[k].number)].sides) {
+      add_to(features, side, -1.0);
     }
   }
-  for (const Close& item : close) {
-    if (item.coefficient != 0.0) pairs.push_back(pair_of(item.key, item.coefficient));
+  const std::size_t edges = features.size();
+  for (std::size_t k = triangles; k < edges; ++k) features[k].coefficient += 1.0;
+  for (std::size_t k = 0; k < triangles; ++k) {
+    for (const Index corner : features_of_[place(features[k].number)].corners) {
+      add_to(features, first_vertex + corner, -1.0);
+    }
+  }
+  for (std::size_t k = triangles; k < edges; ++k) {
+    const Feature edge = features[k];
+    for (const Index end : sides_[place(edge.number - first_side)]) {
+      add_to(features, first_vertex + end, -edge.coefficient);
+    }
+  }
+  for (std::size_t k = edges; k < features.size(); ++k) features[k].coefficient += 1.0;
+
+  std::vector<Feature> close;
+  for (const Feature& feature : features) {
+    if (feature.coefficient == 0.0) continue;
+    const PairDistance d0 = distance_of(feature.number, from);
+    const PairDistance d1 = &from == &to ? d0 : distance_of(feature.number, to);
+    if (!(d0.squared < limit) && !(d1.squared < limit)) continue;
+    const Index closest = closest_feature(feature.number, d0);
+    const bool is_same = closest == closest_feature(feature.number, d1);
+    add_to(close, is_same ? closest : feature.number, feature.coefficient);
+  }
+  for (const Feature& item : close) {
+    if (item.coefficient != 0.0) {
+      pairs.push_back(vertex_feature(vertex, item.number, item.coefficient));
+    }
   }
 }
 
@@ -256,7 +248,7 @@ void SelfContact::prepare(Way& way, const Vector& from, const Vector& to) const 
   way.checked = false;
   way.penetrating = -1;
   way.pairs.clear();
-  const Near near = find_near(from, to, barrier_.thickness);
+  const NearFeatures::Found near = near_.on_way(from, to, barrier_.thickness);
   const auto& faces = near.vertex_faces;
   std::vector<std::size_t> starts;  // of the vertices
   for (std::size_t k = 0; k < faces.size(); ++k) {
@@ -344,7 +336,7 @@ void SelfContact::add_support(const Vector& x, double reach, SurfaceBlocks& bloc
   constexpr double kFarthest = 10.0;  // times the thickness
   const double farthest = std::min(reach, kFarthest * barrier_.thickness);
   const double stiffness = barrier_.stiffness / barrier_.thickness;
-  for (const MovingPair& moving : pairs_of(find_near(x, x, farthest))) {
+  for (const MovingPair& moving : pairs_of(near_.on_way(x, x, farthest))) {
     const PairDistance distance = pair_distance(moving.pair.kind, moving.points(x));
     if (!(distance.squared < farthest * farthest)) continue;
     const Vector3 n = distance.difference.normalized();
@@ -364,7 +356,7 @@ void SelfContact::add_support(const Vector& x, double reach, SurfaceBlocks& bloc
 // a vertex feels, and several pairs of edges may have a vertex.
 void SelfContact::approaching(const Vector& x, const Vector& v, double reach,
                               std::vector<Approach>& found) const {
-  for (const MovingPair& moving : pairs_of(find_near(x, x, reach))) {
+  for (const MovingPair& moving : pairs_of(near_.on_way(x, x, reach))) {
     const PairDistance distance = pair_distance(moving.pair.kind, moving.points(x));
     const double d = std::sqrt(distance.squared);
     if (d > reach) continue;

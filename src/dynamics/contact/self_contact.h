@@ -6,8 +6,8 @@
 #include <utility>
 #include <vector>
 
+#include "dynamics/contact/near_features.h"
 #include "dynamics/contact/obstacle_contact.h"
-#include "dynamics/contact/pairs/box_tree.h"
 #include "dynamics/contact/pairs/moving_pairs.h"
 
 namespace tetraction {
@@ -54,11 +54,10 @@ class SelfContact final : public ObstacleContact {
                    std::vector<Approach>& found) const override;
 
  private:
-  // Numbers of a vertex and a triangle, or of two edges.
-  using Candidates = std::vector<std::array<Index, 2>>;
-  struct Near {
-    Candidates vertex_faces;  // in the order of the vertices
-    Candidates edge_edges;
+  // Triangles, their sides and vertices are numbered together, in this order.
+  struct Triangle {
+    std::array<Index, 3> corners;  // ascending
+    std::array<Index, 3> sides;    // the numbers of those opposite to them
   };
   // A way and the pairs near it; the last one is kept.
   struct Way {
@@ -70,12 +69,12 @@ class SelfContact final : public ObstacleContact {
   };
 
   void find_sharp_edges();
-  bool may_touch(Index a, Index b) const;
-  void refit(const Vector& from, const Vector& to) const;
-  Near find_near(const Vector& from, const Vector& to, double reach) const;
+  void number_features();
   MovingPair vertex_face(Index vertex, Index triangle) const;
   MovingPair edge_edge(Index edge, Index other) const;
-  std::vector<MovingPair> pairs_of(const Near& near) const;
+  std::vector<MovingPair> pairs_of(const NearFeatures::Found& near) const;
+  MovingPair vertex_feature(Index vertex, Index feature, double coefficient) const;
+  Index closest_feature(Index feature, const PairDistance& distance) const;
   void add_pairs_of(Index vertex, std::span<const std::array<Index, 2>> faces, const Vector& from,
                     const Vector& to, std::vector<MovingPair>& pairs) const;
   const Way& state(const Vector& x) const;
@@ -91,13 +90,14 @@ class SelfContact final : public ObstacleContact {
                      std::vector<ContactPoint>& points) const;
 
   ContactSurface surface_;
-  std::vector<Index> body_of_;
-  bool within_bodies_;
   Barrier barrier_;
+  NearFeatures near_;
+  std::vector<std::array<Index, 2>> sides_;  // of the triangles, each once
+  std::vector<Triangle> features_of_;        // of each triangle
   // An edge, or a vertex twice, and each of the triangles that have it; sorted.
   std::vector<std::pair<std::array<Index, 2>, Index>> face_of_;
   std::vector<bool> is_sharp_;  // of each edge, at rest
-  mutable BoxTree triangles_, edges_;
+  double longest_part_ = 0.0;   // of a way that is looked at as a whole, m
   mutable Way state_;
   mutable Way way_;
 };

@@ -311,6 +311,33 @@ std::string list_text(const std::vector<std::string>& items) {
 
 namespace {
 
+// Parts that have the same free motions.
+struct NamedParts {
+  std::vector<std::string> motions;
+  std::vector<Index> first_vertices;  // of each part
+
+  // The motions, and whose they are.
+  std::vector<std::string> texts(const TetMesh& mesh, bool with_parts) const {
+    if (!with_parts) return motions;
+    constexpr std::size_t kMostNamed = 3;
+    std::vector<std::string> result;
+    const Index first = mesh.vertex_id(first_vertices.front());
+    if (first_vertices.size() > kMostNamed) {
+      for (const std::string& motion : motions) {
+        result.push_back(fmt::format("{} (each of {} parts, the first of them with vertex {})",
+                                     motion, first_vertices.size(), first));
+      }
+      return result;
+    }
+    for (const Index v : first_vertices) {
+      for (const std::string& motion : motions) {
+        result.push_back(fmt::format("{} (the part with vertex {})", motion, mesh.vertex_id(v)));
+      }
+    }
+    return result;
+  }
+};
+
 FreeMotions motions_at(const MechanicalSystem& system, const Vector& x, double time,
                        Contact::Support support) {
   constexpr std::size_t kMostParts = 1000;
@@ -329,6 +356,7 @@ FreeMotions motions_at(const MechanicalSystem& system, const Vector& x, double t
   bodies.reserve(parts.size());
   std::vector<const Part*> coupled;
   Index motions_alone = 0;  // of the coupled parts
+  std::vector<NamedParts> named;
   for (std::size_t k = 0; k < parts.size(); ++k) {
     const Part& part = bodies.emplace_back(system, parts[k], x);
     std::optional<Modes> modes;
@@ -348,10 +376,16 @@ FreeMotions motions_at(const MechanicalSystem& system, const Vector& x, double t
       motions_alone += modes->cols();
     }
     if (modes->cols() == 0) continue;
-    for (std::string& name : part.names_of(*modes)) {
-      if (parts.size() > 1) {
-        name += fmt::format(" (the part with vertex {})", system.mesh().vertex_id(parts[k][0]));
-      }
+    std::vector<std::string> names = part.names_of(*modes);
+    const auto known = std::ranges::find(named, names, &NamedParts::motions);
+    if (known == named.end()) {
+      named.push_back({std::move(names), {parts[k][0]}});
+    } else {
+      known->first_vertices.push_back(parts[k][0]);
+    }
+  }
+  for (const NamedParts& each : named) {
+    for (std::string& name : each.texts(system.mesh(), parts.size() > 1)) {
       result.whole.push_back(std::move(name));
     }
   }

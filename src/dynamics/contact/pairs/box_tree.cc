@@ -25,7 +25,7 @@ BoxTree::BoxTree(std::span<const Box> boxes) : items_(boxes.size()) {
   nodes_.resize(item_at(2 * leaf_count() - 1));
   sort(boxes, 0, 0);
   item_boxes_.resize(boxes.size());
-  refit(boxes);
+  fit(boxes);
 }
 
 // Sorts the items of a node's leaves so that those of its first child have the smaller centres along the
@@ -53,8 +53,8 @@ void BoxTree::sort(std::span<const Box> boxes, Index node, int level) {
   sort(boxes, 2 * node + 2, level + 1);
 }
 
-void BoxTree::refit(std::span<const Box> boxes) {
-  if (items_.empty()) return;
+// The boxes of the nodes, on all threads.
+void BoxTree::fit(std::span<const Box> boxes) {
   const Index inner = leaf_count() - 1;
   parallel_for(leaf_count(), kLeafGrain, [&](Index begin, Index end) {
     for (Index leaf = begin; leaf < end; ++leaf) {

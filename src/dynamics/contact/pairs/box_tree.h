@@ -38,16 +38,12 @@ struct Box {
 };
 
 /// Finds the items whose boxes overlap a box. The tree is balanced: its shape depends on the number of items
-/// only, and the order of the items on their first boxes.
+/// only.
 class BoxTree {
  public:
   BoxTree() = default;
   /// The items are numbered as their boxes. O(n log² n).
   explicit BoxTree(std::span<const Box> boxes);
-
-  /// Takes other boxes of the same items, such as those of a deformed surface. O(n), on all threads. The order
-  /// of the items stays, so that queries get slower if the items have moved past each other.
-  void refit(std::span<const Box> boxes);
 
   Index size() const { return static_cast<Index>(items_.size()); }
   /// The box of all items.
@@ -57,6 +53,7 @@ class BoxTree {
 
  private:
   void sort(std::span<const Box> boxes, Index node, int level);
+  void fit(std::span<const Box> boxes);
   Index begin_of_leaf(Index leaf) const { return leaf * size() / leaf_count(); }
   Index leaf_count() const { return Index{1} << levels_; }
 

@@ -1,5 +1,7 @@
 #include "moving_pairs.h"
 
+#include <Eigen/Geometry>
+
 #include "additive_ccd.h"
 #include "tetraction/core/parallel.h"
 #include "tetraction/core/positive_semidefinite.h"
@@ -32,19 +34,39 @@ void scatter(std::span<const MovingPair> pairs, const std::vector<PairVector>& p
   }
 }
 
+// Makes the block of the points that move positive semidefinite.
+void make_semidefinite(const MovingPair& pair, PairMatrix& hessian) {
+  const int first = 3 * pair.first;
+  const int size = 3 * pair.count;
+  auto own = hessian.block(first, first, size, size);
+  own = positive_semidefinite_part(Matrix(own));
+}
+
+// The same for the Hessian of a pair whose edges are not nearly parallel. With the difference v of the closest points and
+// their weights w, it acts only on motions of points along v, and on those of all points by w_i along a tangent: these are
+// 6 directions at most, from squared_distance_gradient() and squared_distance_hessian().
+void make_semidefinite_in_plane(const MovingPair& pair, const PairDistance& distance,
+                                PairMatrix& hessian) {
+  PairWeights weights = PairWeights::Zero();
+  weights.segment(pair.first, pair.count) = distance.weights.segment(pair.first, pair.count);
+  const double length = weights.norm();
+  const Vector3 normal = distance.difference.normalized();
+  const Vector3 tangent = normal.unitOrthogonal();
+  Eigen::Matrix<double, 12, 6> basis = Eigen::Matrix<double, 12, 6>::Zero();
+  for (int i = pair.first; i < pair.first + pair.count; ++i) {
+    basis.block<3, 1>(3 * i, i) = normal;
+    if (!(length > 0.0)) continue;
+    basis.block<3, 1>(3 * i, 4) = weights[i] / length * tangent;
+    basis.block<3, 1>(3 * i, 5) = weights[i] / length * normal.cross(tangent);
+  }
+  const Eigen::Matrix<double, 6, 6> small = basis.transpose() * hessian * basis;
+  hessian.noalias() = basis * positive_semidefinite_part(small) * basis.transpose();
+}
+
 // Adds of(pair) for all pairs.
 template <class Of>
-void add_blocks(std::span<const MovingPair> pairs, bool convex, const Of& of,
-                SurfaceBlocks& blocks) {
-  const auto parts = parts_of<PairMatrix>(pairs, [&](const MovingPair& pair) {
-    PairMatrix part = of(pair);
-    if (!convex) return part;
-    const int first = 3 * pair.first;
-    const int size = 3 * pair.count;
-    auto own = part.block(first, first, size, size);
-    own = positive_semidefinite_part(Matrix(own));
-    return part;
-  });
+void add_blocks(std::span<const MovingPair> pairs, const Of& of, SurfaceBlocks& blocks) {
+  const auto parts = parts_of<PairMatrix>(pairs, of);
   for (std::size_t k = 0; k < parts.size(); ++k) {
     const std::span<const Index> own = pairs[k].own();
     const PairMatrix& part = parts[k];
@@ -62,7 +84,7 @@ void add_blocks(std::span<const MovingPair> pairs, bool convex, const Of& of,
 }  // namespace
 
 bool MovingPair::is_within(double reach, const Vector& from, const Vector& to) const {
-  return distance(from) < reach || distance(to) < reach;
+  return distance(from) < reach || (&from != &to && distance(to) < reach);
 }
 
 double energy_of(std::span<const MovingPair> pairs, const Barrier& barrier, const Vector& x) {
@@ -98,20 +120,30 @@ void add_mean_gradient_of(std::span<const MovingPair> pairs, const Barrier& barr
 
 void add_hessian_of(std::span<const MovingPair> pairs, const Barrier& barrier, const Vector& x,
                     bool convex, SurfaceBlocks& blocks) {
-  add_blocks(
-      pairs, convex,
-      [&](const MovingPair& pair) { return pair_hessian(barrier, pair.pair, pair.points(x)); },
-      blocks);
+  const auto of = [&](const MovingPair& moving) {
+    const PairPoints points = moving.points(x);
+    PairMatrix hessian = pair_hessian(barrier, moving.pair, points);
+    if (!convex) return hessian;
+    if (moving.pair.kind == PairKind::kEdgeEdge &&
+        parallel_measure(points) < moving.pair.parallel) {
+      make_semidefinite(moving, hessian);
+    } else {
+      make_semidefinite_in_plane(moving, pair_distance(moving.pair.kind, points), hessian);
+    }
+    return hessian;
+  };
+  add_blocks(pairs, of, blocks);
 }
 
 void add_mean_hessian_of(std::span<const MovingPair> pairs, const Barrier& barrier,
                          const Vector& from, const Vector& to, bool convex, SurfaceBlocks& blocks) {
-  add_blocks(
-      pairs, convex,
-      [&](const MovingPair& pair) {
-        return mean_pair_hessian(barrier, pair.pair, pair.points(from), pair.points(to));
-      },
-      blocks);
+  const auto of = [&](const MovingPair& moving) {
+    PairMatrix hessian =
+        mean_pair_hessian(barrier, moving.pair, moving.points(from), moving.points(to));
+    if (convex) make_semidefinite(moving, hessian);
+    return hessian;
+  };
+  add_blocks(pairs, of, blocks);
 }
 
 std::vector<double> free_parts_of(std::span<const MovingPair> pairs, const Vector& x,
