@@ -49,7 +49,8 @@ inline bool segment_hits(const Vector3& a, const Vector3& b, const std::array<Ve
   const Vector3 v = t[2] - t[0];
   const Vector3 p = way.cross(v);
   const double det = u.dot(p);
-  if (det == 0.0) return false;
+  // An edge in the plane of a triangle of the same rigid body.
+  if (std::abs(det) <= 1e-12 * way.norm() * u.norm() * v.norm()) return false;
   const Vector3 s = a - t[0];
   const double x = s.dot(p) / det;
   const Vector3 q = s.cross(u);

@@ -48,6 +48,7 @@ TEST(MovingPairs, ConvexHessiansAreTheNearestSemidefiniteOnes) {
         pair.first = first_side_size(kind);
         pair.count = pair_size(kind) - pair.first;
         pair.at_rest = x.reshaped(3, 4);
+        pair.vertices = {pair.first, pair.first + 1, pair.first + 2, -1};
       }
       if (kind == PairKind::kEdgeEdge && trial % 2 == 0) {
         pair.pair.parallel = 10.0 * parallel_measure(pair.points(x)) * (1.0 + uniform(random));

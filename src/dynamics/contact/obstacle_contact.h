@@ -99,6 +99,9 @@ struct Approach {
   double weight = 0.0;    ///< area of the pair, m²
   double distance = 0.0;  ///< of the pair, m
   double speed = 0.0;     ///< at which the vertex comes nearer, m/s; negative where it goes away
+  /// The area on which the layer stops the vertex, m²; 0 if it is `weight`. Of a pair that has only a small share of
+  /// the area, the others near it stop the vertex.
+  double carrying = 0.0;
 };
 
 /// Contact of a surface with a rigid obstacle at rest. Positions have 3 numbers for each vertex of the

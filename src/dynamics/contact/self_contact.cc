@@ -46,11 +46,29 @@ SelfContact::SelfContact(ContactSurface surface, std::vector<Index> body_of, boo
   std::sort(face_of_.begin(), face_of_.end());
   find_sharp_edges();
   number_features();
+  find_carrying_areas();
   constexpr double kLongestPart = 2.0;  // mean edges
   for (const auto& [i, j] : surface_.edges) {
     longest_part_ += kLongestPart *
                      (vertex_block(surface_.rest, i) - vertex_block(surface_.rest, j)).norm() /
                      static_cast<double>(surface_.edges.size());
+  }
+}
+
+// The corners of quadratic faces have nearly no area. The middles of the edges around them stop them.
+void SelfContact::find_carrying_areas() {
+  constexpr double kSmall = 0.1;
+  std::vector<double> largest(surface_.areas.size(), 0.0);
+  for (const std::array<Index, 3>& corners : surface_.triangles) {
+    for (const Index i : corners) {
+      for (const Index j : corners) {
+        largest[place(i)] = std::max(largest[place(i)], surface_.areas[place(j)]);
+      }
+    }
+  }
+  carrying_areas_ = surface_.areas;
+  for (std::size_t i = 0; i < largest.size(); ++i) {
+    if (carrying_areas_[i] < kSmall * largest[i]) carrying_areas_[i] = largest[i];
   }
 }
 
@@ -353,20 +371,32 @@ void SelfContact::add_support(const Vector& x, double reach, SurfaceBlocks& bloc
 }
 
 // The sides of a pair come nearer with the rate of their distance. Both may move, which doubles the stiffness that
-// a vertex feels, and several pairs of edges may have a vertex.
+// a vertex feels, and several pairs of edges may have a vertex. Where edges meet that are not sharp, vertices meet faces,
+// too, which have nearly all of the area.
 void SelfContact::approaching(const Vector& x, const Vector& v, double reach,
                               std::vector<Approach>& found) const {
-  for (const MovingPair& moving : pairs_of(near_.on_way(x, x, reach))) {
-    const PairDistance distance = pair_distance(moving.pair.kind, moving.points(x));
-    const double d = std::sqrt(distance.squared);
-    if (d > reach) continue;
-    const Vector3 rate = moving.moves(v) * distance.weights;
-    const double speed = d > 0.0 ? -distance.difference.dot(rate) / d : 0.0;
-    const bool is_edges = moving.pair.kind == PairKind::kEdgeEdge;
-    for (const Index i : moving.own()) {
-      const double area = is_edges ? 2.0 * moving.pair.weight : surface_.areas[place(i)];
-      found.push_back({i, 2.0 * area, d, speed});
-    }
+  const NearFeatures::Found near = near_.on_way(x, x, reach);
+  for (const auto& [i, t] : near.vertex_faces) {
+    add_approach(vertex_face(i, t), false, x, v, reach, found);
+  }
+  for (const auto& [e, f] : near.edge_edges) {
+    const bool are_sharp = is_sharp_[place(e)] && is_sharp_[place(f)];
+    add_approach(edge_edge(e, f), are_sharp, x, v, reach, found);
+  }
+}
+
+void SelfContact::add_approach(const MovingPair& moving, bool are_sharp_edges, const Vector& x,
+                               const Vector& v, double reach, std::vector<Approach>& found) const {
+  const PairDistance distance = pair_distance(moving.pair.kind, moving.points(x));
+  const double d = std::sqrt(distance.squared);
+  if (d > reach) return;
+  const Vector3 rate = moving.moves(v) * distance.weights;
+  const double speed = d > 0.0 ? -distance.difference.dot(rate) / d : 0.0;
+  const bool is_edges = moving.pair.kind == PairKind::kEdgeEdge;
+  for (const Index i : moving.own()) {
+    const double area = is_edges ? 2.0 * moving.pair.weight : surface_.areas[place(i)];
+    const double carrying = are_sharp_edges ? area : carrying_areas_[place(i)];
+    found.push_back({i, 2.0 * area, d, speed, 2.0 * carrying});
   }
 }
 

@@ -70,6 +70,7 @@ class SelfContact final : public ObstacleContact {
 
   void find_sharp_edges();
   void number_features();
+  void find_carrying_areas();
   MovingPair vertex_face(Index vertex, Index triangle) const;
   MovingPair edge_edge(Index edge, Index other) const;
   std::vector<MovingPair> pairs_of(const NearFeatures::Found& near) const;
@@ -89,7 +90,11 @@ class SelfContact final : public ObstacleContact {
   void append_places(const std::vector<MovingPair>& pairs, const Vector& x, const ForceOf& force_of,
                      std::vector<ContactPoint>& points) const;
 
+  void add_approach(const MovingPair& moving, bool are_sharp_edges, const Vector& x,
+                    const Vector& v, double reach, std::vector<Approach>& found) const;
+
   ContactSurface surface_;
+  std::vector<double> carrying_areas_;  // of each vertex, see Approach
   Barrier barrier_;
   NearFeatures near_;
   std::vector<std::array<Index, 2>> sides_;  // of the triangles, each once

@@ -88,10 +88,11 @@ bool AssembledSystem::factorize() {
 
 bool AssembledSystem::factorize_projected(const MinimizationProblem& problem, const Vector& x) {
   const std::vector<double> exact = values_;
+  const MatrixParts* const parts = matrix_.get();
   assemble_projected(problem, x);
   const bool done = factorize();
-  // If the convex form couples other vertices, the pattern has changed.
-  if (values_.size() != exact.size()) return assemble(problem, x) && done;
+  // If the convex form couples other vertices, the pattern has changed. If it must change once more, the factor is lost.
+  if (matrix_.get() != parts) return assemble(problem, x) && done && has_factor_;
   values_ = exact;
   return done;
 }

@@ -77,6 +77,7 @@ bool FactorStrategy::find_with_kept(const NewtonSystem& system, MinimizerReport&
     direction.is_safe = free.step_is_safe();
   } else {
     matrix().assemble(system.problem, system.x);
+    if (!has_kept()) return false;  // contact couples other vertices, which changes the pattern
     Vector solution;
     cg = matrix().solve(-system_.coordinates().restrict(system.gradient),
                         single_precision_suffices_ ? Preconditioner::kSinglePrecisionFactor

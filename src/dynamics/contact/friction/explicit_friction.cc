@@ -80,9 +80,10 @@ Contact::ImpactForecast Contact::impact_forecast(const ForcePoint& at, const Vec
       if (each.distance >= layer.thickness + 2.0 * step * speed) continue;
       forecast.valid_for = 0.0;
       const double area = unit.surface.areas[static_cast<std::size_t>(each.vertex)];
+      const double carrying = each.carrying > 0.0 ? each.carrying : each.weight;
       const double pressed =
-          pressed_distance(layer, each.distance, 0.5 * mass / each.weight * speed * speed,
-                           impedance * speed * std::max(1.0, area / each.weight));
+          pressed_distance(layer, each.distance, 0.5 * mass / carrying * speed * speed,
+                           impedance * speed * std::max(1.0, area / carrying));
       const double rate = each.weight * layer.curvature(pressed) / (4.0 * mass);
       forecast.limit =
           std::min(forecast.limit, 1.0 / std::sqrt(1.0 / (critical_step * critical_step) + rate));
