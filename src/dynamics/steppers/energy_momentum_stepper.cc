@@ -410,6 +410,14 @@ class EnergyMomentumStepper : public ImplicitStepper {
   Vector3 residual_arm(const State& from, Index v) const override {
     return vertex_block(x_, v) - vertex_block(from.position, v);
   }
+  // The discrete gradient keeps the energy of the layers exactly.
+  double work_of_obstacles(const State& from, const State& to) const override {
+    const Contact* contact = system_.contact();
+    if (contact == nullptr) return 0.0;
+    return contact->driven_work(system_.force_point(from.position, from.time),
+                                system_.force_point(to.position, to.time));
+  }
+
 
   DiscreteGradientStep& step_;
   EnergyMomentumProblem equations_;

@@ -35,7 +35,7 @@ class FrictionStep;
 /// (`energy-momentum`, and `midpoint`, for contact only) take a discrete gradient, so that U(q_{k+1}) is
 /// part of the balance and cannot be jumped over.
 ///
-/// The energy of the body contains U. Moving obstacles do work, driven_work(), which counts as
+/// The energy of the body contains U. Moving obstacles do work, driven_work() or work_of_motion(), which counts as
 /// work of constraints. Friction is a FrictionStep (src/dynamics/contact/friction/friction_step.h).
 class Contact : public ForceTerm {
  public:
@@ -77,6 +77,7 @@ class Contact : public ForceTerm {
   double energy(const ForcePoint& at) const override;
   void add_gradient(const ForcePoint& at, Vector& gradient) const override;
   void add_hessian(const ForcePoint& at, HessianForm form, HessianBlocks& hessian) const override;
+  /// The work, J, of moving obstacles whose forces are those of add_discrete_gradient().
   double driven_work(const ForcePoint& from, const ForcePoint& to) const override;
   void add_discrete_gradient(const ForcePoint& from, const ForcePoint& to,
                              Vector& gradient) const override;
@@ -123,6 +124,16 @@ class Contact : public ForceTerm {
   std::vector<ObstacleForce> mean_forces(const ForcePoint& from, const ForcePoint& to) const;
   /// A vertex that penetrates an obstacle or another body.
   struct Penetration {
+  /// The work, J, of obstacles that act on the body with the forces F and moments M about the origin at an instant t of
+  /// a step, for the time dt. An obstacle turns about b(t) = c + A(t) v + offset, and moves by ΔA of its path A in the step of
+  /// the length h:
+  ///
+  ///     Σ ΔA dt/h [F·v + (M − b × F)·ω]
+  ///
+  /// Rules that take forces at instants do this work: the energy error of a step is then the same for every observer in
+  /// uniform motion, and an obstacle that moves along its own surface does none.
+  double work_of_motion(const std::vector<ObstacleForce>& forces, double time, const TimeSpan& step,
+                        double dt) const;
     std::size_t obstacle;  ///< or size(): see partner()
     Index vertex;
     double depth;  ///< m; NaN where the obstacle has no inside, and where only edges cross faces

@@ -211,8 +211,11 @@ void ExplicitContact::enter(const State& from, const State& to, double dt, bool 
   if (contact == nullptr) return;
   outcome.step_size = to.time - from.time;
   const auto add = [&](const State& state) {
-    enter_obstacle_impulses(contact->forces(system_.force_point(state.position, state.time)), dt,
-                            outcome);
+    const std::vector<ObstacleForce> forces =
+        contact->forces(system_.force_point(state.position, state.time));
+    enter_obstacle_impulses(forces, dt, outcome);
+    outcome.constraint_work +=
+        contact->work_of_motion(forces, state.time, {from.time, to.time}, dt);
   };
   add(from);
   if (twice) add(to);
