@@ -118,18 +118,18 @@ Contact::Contact(const TetMesh& mesh, std::vector<Obstacle> obstacles, const Con
     const std::size_t number = units_.size();
     if (obstacle.removed) {
       // No vertex can touch it.
-      unit.law = std::make_shared<SmoothContact>(PlaneShape{}, barrier, std::vector<double>());
+      unit.law = std::make_shared<SmoothContact>(PlaneShape{}, barrier, ContactSurface{});
     } else if (earlier != nullptr && number < earlier->size() &&
                has_same_law(earlier->units_[number].obstacle, obstacle)) {
       unit.surface = earlier->units_[number].surface;
       unit.law = earlier->units_[number].law;
     } else {
-      unit.surface = contact_surface(mesh, obstacle);
+      unit.surface = contact_surface(mesh, obstacle, Corners::kGuarded);
       if (const auto* surface = std::get_if<MeshShape>(&obstacle.shape)) {
         unit.law = std::make_shared<MeshContact>(TriangleMesh(surface->points, surface->triangles),
                                                  unit.surface, barrier);
       } else {
-        unit.law = std::make_shared<SmoothContact>(obstacle.shape, barrier, unit.surface.areas);
+        unit.law = std::make_shared<SmoothContact>(obstacle.shape, barrier, unit.surface);
       }
     }
     unit.smooth = dynamic_cast<const SmoothContact*>(unit.law.get());
@@ -362,8 +362,11 @@ void Contact::fields(const ForcePoint& at, Vector& pressure, Vector& gap) const 
     Index i = 0;
     for (const Index v : unit.surface.vertices) {
       const double area = unit.surface.areas[static_cast<std::size_t>(i)];
-      pressure[v] += vertex_block(local, i).norm() / area;
+      // Corners that feel a part of the layer have the pressure that the whole of it has there.
+      pressure[v] += unit.surface.reach(i) < 1.0 ? -layer.slope(gaps[i])
+                                                 : vertex_block(local, i).norm() / area;
       gap[v] = std::min(gap[v], gaps[i]);
+    const Barrier layer{unit.obstacle.thickness, unit.obstacle.stiffness};
       ++i;
     }
   }

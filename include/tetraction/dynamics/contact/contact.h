@@ -25,8 +25,8 @@ class FrictionStep;
 /// over vertices of the surface and obstacles, with the distance d, the barrier U_b (contact/barrier.h) and the
 /// area w_v of the vertex: a third of the rest areas of the faces around it. A uniform pressure on a flat face of
 /// linear tetrahedra is then −U_b′ exactly. In faces of quadratic tetrahedra the middles of the edges have the areas,
-/// because the consistent weights of the corners are zero; the corners have a small share, which keeps them
-/// out.
+/// because the consistent weights of the corners are zero. The corners have a twelfth of the face, but feel the inner
+/// half of the layer only, which keeps them out.
 ///
 /// Of bodies with each other, and with themselves, it is the potential of SelfContact
 /// (src/dynamics/contact/self_contact.h).
@@ -116,7 +116,7 @@ class Contact : public ForceTerm {
   /// The smallest distance between body and obstacles that is below a layer's thickness, m; infinite without one.
   double smallest_gap(const ForcePoint& at) const;
   /// Fields on all vertices: the pressure, Pa, and the distance to the nearest obstacle, m (infinite where no obstacle
-  /// is near).
+  /// is near). The pressure in corners of quadratic faces is that of the layer at their distance.
   void fields(const ForcePoint& at, Vector& pressure, Vector& gap) const;
   /// The force of each obstacle at an instant, without friction.
   std::vector<ObstacleForce> forces(const ForcePoint& at) const;
