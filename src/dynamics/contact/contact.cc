@@ -265,13 +265,15 @@ Index Contact::Unit::crossing_vertex(const ForcePoint& from, const ForcePoint& t
     }
   }
   const double longest = part_until_touch(*law, start, way);
-  if (!(longest < 1.0)) return -1;
-  // The vertex that is nearest to the obstacle where the way ends.
+  const bool crosses = longest < 1.0;
+  if (!crosses && only == nullptr && penetrating_vertex(to) < 0) return -1;
+  // The vertex that is nearest to the obstacle where the way ends. A way may end exactly on the obstacle.
   Vector gaps;
-  law->vertex_gaps(start + 0.999 * longest * way, gaps);
+  law->vertex_gaps(crosses ? Vector(start + 0.999 * longest * way) : Vector(start + way), gaps);
   Index nearest = -1;
   for (Index i = 0; i < gaps.size(); ++i) {
     if (only != nullptr && vertex_block(way, i).isZero(0.0)) continue;
+    if (!crosses && gaps[i] > 0.0) continue;
     if (nearest < 0 || gaps[i] < gaps[nearest]) nearest = i;
   }
   return nearest < 0 ? -1 : surface.vertices[static_cast<std::size_t>(nearest)];
@@ -344,10 +346,13 @@ double Contact::round_off(const ForcePoint& at) const {
 
 double Contact::smallest_gap(const ForcePoint& at) const {
   double least = kFar;
-  for (const Unit& unit : units_) {
-    least = std::min(least, unit.law->smallest_gap(unit.local(at)));
-  }
+  for (std::size_t i = 0; i < units_.size(); ++i) least = std::min(least, smallest_gap(at, i));
   return least;
+}
+
+double Contact::smallest_gap(const ForcePoint& at, std::size_t i) const {
+  const Unit& unit = units_.at(i);
+  return unit.law->smallest_gap(unit.local(at));
 }
 
 void Contact::fields(const ForcePoint& at, Vector& pressure, Vector& gap) const {
@@ -359,6 +364,7 @@ void Contact::fields(const ForcePoint& at, Vector& pressure, Vector& gap) const 
     const Vector x = unit.local(at);
     const Vector local = unit.gradient(x);
     unit.law->vertex_gaps(x, gaps);
+    const Barrier layer{unit.obstacle.thickness, unit.obstacle.stiffness};
     Index i = 0;
     for (const Index v : unit.surface.vertices) {
       const double area = unit.surface.areas[static_cast<std::size_t>(i)];
@@ -366,7 +372,6 @@ void Contact::fields(const ForcePoint& at, Vector& pressure, Vector& gap) const 
       pressure[v] += unit.surface.reach(i) < 1.0 ? -layer.slope(gaps[i])
                                                  : vertex_block(local, i).norm() / area;
       gap[v] = std::min(gap[v], gaps[i]);
-    const Barrier layer{unit.obstacle.thickness, unit.obstacle.stiffness};
       ++i;
     }
   }

@@ -113,8 +113,11 @@ class EnergyMomentumStepper : public ImplicitStepper {
     outcome.message = std::string("the equations of the ") +
                       (step_.forces() == StepForces::kDiscrete ? "energy-momentum" : "midpoint") +
                       " step have no solution near any guess" +
-                      (message.empty() ? std::string() : ": " + message) + note_on_limit(from) +
-                      note_on_layer(system_, *from_);
+                      (message.empty() ? std::string() : ": " + message) + note_on_limit(from);
+    // The message of equations that are not exact enough has it already.
+    if (const std::string note = note_on_layer(system_, *from_); !message.ends_with(note)) {
+      outcome.message += note;
+    }
     return false;
   }
 
@@ -407,9 +410,6 @@ class EnergyMomentumStepper : public ImplicitStepper {
     return constraint_work(from, to) + work_of_impulses_;
   }
 
-  Vector3 residual_arm(const State& from, Index v) const override {
-    return vertex_block(x_, v) - vertex_block(from.position, v);
-  }
   // The discrete gradient keeps the energy of the layers exactly.
   double work_of_obstacles(const State& from, const State& to) const override {
     const Contact* contact = system_.contact();
@@ -418,6 +418,9 @@ class EnergyMomentumStepper : public ImplicitStepper {
                                 system_.force_point(to.position, to.time));
   }
 
+  Vector3 residual_arm(const State& from, Index v) const override {
+    return vertex_block(x_, v) - vertex_block(from.position, v);
+  }
 
   DiscreteGradientStep& step_;
   EnergyMomentumProblem equations_;

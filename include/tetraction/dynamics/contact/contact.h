@@ -115,6 +115,8 @@ class Contact : public ForceTerm {
   double round_off(const ForcePoint& at) const;
   /// The smallest distance between body and obstacles that is below a layer's thickness, m; infinite without one.
   double smallest_gap(const ForcePoint& at) const;
+  /// The same of one obstacle.
+  double smallest_gap(const ForcePoint& at, std::size_t i) const;
   /// Fields on all vertices: the pressure, Pa, and the distance to the nearest obstacle, m (infinite where no obstacle
   /// is near). The pressure in corners of quadratic faces is that of the layer at their distance.
   void fields(const ForcePoint& at, Vector& pressure, Vector& gap) const;
@@ -122,8 +124,6 @@ class Contact : public ForceTerm {
   std::vector<ObstacleForce> forces(const ForcePoint& at) const;
   /// The same as the means of a step, from the discrete gradient.
   std::vector<ObstacleForce> mean_forces(const ForcePoint& from, const ForcePoint& to) const;
-  /// A vertex that penetrates an obstacle or another body.
-  struct Penetration {
   /// The work, J, of obstacles that act on the body with the forces F and moments M about the origin at an instant t of
   /// a step, for the time dt. An obstacle turns about b(t) = c + A(t) v + offset, and moves by ΔA of its path A in the step of
   /// the length h:
@@ -134,6 +134,8 @@ class Contact : public ForceTerm {
   /// uniform motion, and an obstacle that moves along its own surface does none.
   double work_of_motion(const std::vector<ObstacleForce>& forces, double time, const TimeSpan& step,
                         double dt) const;
+  /// A vertex that penetrates an obstacle or another body.
+  struct Penetration {
     std::size_t obstacle;  ///< or size(): see partner()
     Index vertex;
     double depth;  ///< m; NaN where the obstacle has no inside, and where only edges cross faces
