@@ -37,6 +37,12 @@ def _edit_of(section: str) -> Any:
         base = _EntryEdit
         text = (f"Adds a [[{section}]], ``{name}(key=value)``, or changes keys of entry i, "
                 f"``{name}(i, key=value)``.")
+    if section == "obstacle":
+        text += (
+            "\n\nSession.apply() raises InputError, and changes nothing, if the body would penetrate the obstacle, if "
+            "another obstacle has its name, if there is no entry i, for values out of range, for friction with a solver "
+            "that only minimises, and in a run whose scene has neither obstacles nor events that add some. A key that is "
+            "set of an obstacle which was removed brings it back.")
     return type(name, (base,), {"_section": section, "__doc__": text, "__module__": "tetraction"})
 
 

@@ -246,6 +246,9 @@ def test_every_edit(beam):
         session.apply(tt.RemoveObstacle(2))
     with pytest.raises(tt.InputError, match="penetrates"):
         session.apply(tt.SetObstacle(0, point=[0, 9, 0]))
+    # The class says so.
+    assert "raises InputError" in tt.SetObstacle.__doc__
+    assert "penetrate" in tt.SetObstacle.__doc__
     assert session.step() == 1
 
 

@@ -176,13 +176,16 @@ class SmoothContacts : public testing::TestWithParam<NamedShape> {
   static constexpr int kPoints = 200;
   static constexpr Barrier kBarrier{0.1, 1e3};
 
-  SmoothContact contact() const {
-    return {GetParam().shape, kBarrier, std::vector<double>(kPoints, 0.01)};
+  static ContactSurface surface(std::size_t count) {
+    ContactSurface surface;
+    surface.areas.assign(count, 0.01);
+    return surface;
   }
+  SmoothContact contact() const { return {GetParam().shape, kBarrier, surface(kPoints)}; }
 
   // Points that are free; half of them close to a wall.
   Vector starts() const {
-    const SmoothContact one(GetParam().shape, kBarrier, {1.0});
+    const SmoothContact one(GetParam().shape, kBarrier, surface(1));
     std::mt19937 random(7);
     std::uniform_real_distribution<double> place(-2.0, 2.0);
     Vector x(3 * kPoints);
@@ -220,7 +223,7 @@ TEST_P(SmoothContacts, ClearEveryWay) {
     // What crosses nothing and ends outside of the layer stays as it is.
     int kept = 0;
     for (int v = 0; v < kPoints; ++v) {
-      const SmoothContact one(GetParam().shape, kBarrier, {1.0});
+      const SmoothContact one(GetParam().shape, kBarrier, surface(1));
       const Vector a = from.segment<3>(3 * v);
       const Vector b = to.segment<3>(3 * v);
       if (one.penetrating_vertex(b) >= 0 || one.longest_step(a, b - a) < 1.0 ||
@@ -237,7 +240,7 @@ TEST_P(SmoothContacts, ClearEveryWay) {
 }
 
 TEST_P(SmoothContacts, HaveLongestStepsThatEndAtAWall) {
-  const SmoothContact law(GetParam().shape, kBarrier, {1.0});
+  const SmoothContact law(GetParam().shape, kBarrier, surface(1));
   const Vector from = starts();
   std::mt19937 random(13);
   std::uniform_real_distribution<double> move(-4.0, 4.0);

@@ -114,9 +114,7 @@ TEST_P(ContactBalance, HasTheImpulsesAndTheWorkOfObstacles) {
   EXPECT_LT((end.linear - start.linear - impulse - gravity_impulse).norm(),
             (is_euler() ? 1e-7 : 1e-12) * scale);
   const double work = impulse.dot(belt.velocity);
-  // The explicit rules take forces at instants, whose work in the balance is that of a mean.
-  const bool is_exact = is_implicit(GetParam()) && !is_euler();
-  EXPECT_NEAR(balance.constraint_work(), work, (is_exact ? 1e-11 : 0.15) * std::abs(work));
+  EXPECT_NEAR(balance.constraint_work(), work, 1e-11 * std::abs(work));
 }
 
 // Two sessions in the middle of an impact with friction: the one that made a checkpoint and the one that is restored.

@@ -41,8 +41,8 @@ struct ProbeColumns {
 class ProbeSet {
  public:
   /// Throws InputError for a selection that selects nothing, a point that is not in the body (with
-  /// its distance from the nearest tetrahedron), names that occur twice or are no names, a
-  /// quantity that a point cannot have, and an obstacle that the system does not have. `system` must live longer.
+  /// its distance from the nearest tetrahedron), names that occur twice or are no names, a quantity that a point cannot
+  /// have, and an obstacle where the system has no contact; one that is not there has no force. `system` must live longer.
   ProbeSet(const std::vector<ProbeSettings>& probes, const MechanicalSystem& system);
   ~ProbeSet();
   ProbeSet(const ProbeSet&) = delete;

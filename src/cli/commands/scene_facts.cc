@@ -7,6 +7,7 @@
 
 #include "cli/console.h"
 #include "core/quoting.h"
+#include "simulation/facts/obstacle_checks.h"
 #include "tetraction/dynamics/contact/contact.h"
 
 namespace tetraction {
@@ -270,7 +271,14 @@ std::string mechanism_line(const Mechanism& mechanism) {
                          : std::string("the supports hold them"));
 }
 
-void print_obstacles(const MechanicalSystem& system) {
+// What an obstacle does to a body that begins in its layer.
+std::string start_in_layer(double gap) {
+  if (!std::isfinite(gap)) return {};
+  return fmt::format(
+      ". The body begins in its layer, {:.3g} m from it, and is pushed away from the start", gap);
+}
+
+void print_obstacles(const MechanicalSystem& system, const std::vector<double>& gaps) {
   const Contact* contact = system.contact();
   if (contact == nullptr) return;
   if (const BodyContact* between = contact->between(); between != nullptr) {
@@ -288,11 +296,28 @@ void print_obstacles(const MechanicalSystem& system) {
     const Obstacle& obstacle = contact->obstacle(i);
     if (obstacle.removed) continue;
     print_result(
-        "  {}: thickness {:.4g} m, stiffness {:.4g} Pa, friction {:.4g}{}; {} may touch it\n",
+        "  {}: thickness {:.4g} m, stiffness {:.4g} Pa, friction {:.4g}{}; {} may touch it{}\n",
         obstacle.name, obstacle.thickness, obstacle.stiffness, obstacle.friction,
         obstacle.motion.at_rest() ? "" : ", moves",
-        triangles_text(static_cast<Index>(obstacle.surface.size())));
+        triangles_text(static_cast<Index>(obstacle.surface.size())), start_in_layer(gaps[i]));
   }
+}
+
+// Every obstacle by its name.
+nlohmann::ordered_json obstacles_json(const MechanicalSystem& system,
+                                      const std::vector<double>& gaps) {
+  nlohmann::ordered_json json = nlohmann::ordered_json::object();
+  const Contact* contact = system.contact();
+  for (std::size_t i = 0; contact != nullptr && i < contact->size(); ++i) {
+    const Obstacle& obstacle = contact->obstacle(i);
+    if (obstacle.removed) continue;
+    json[obstacle.name] = {
+        {"thickness", obstacle.thickness},      {"stiffness", obstacle.stiffness},
+        {"friction", obstacle.friction},        {"moves", !obstacle.motion.at_rest()},
+        {"triangles", obstacle.surface.size()}, {"gap", nullptr}};
+    if (std::isfinite(gaps[i])) json[obstacle.name]["gap"] = gaps[i];
+  }
+  return json;
 }
 
 }  // namespace
@@ -308,6 +333,11 @@ SceneFacts scene_facts(const Scene& scene, const MechanicalSystem& system,
   facts.pull = pull_facts(scene, system, positions);
   facts.supports = support_facts(constraints, system);
   facts.motions = find_free_motions(system, 0.0, Contact::Support::kPresent);
+  if (const Contact* contact = system.contact(); contact != nullptr) {
+    for (std::size_t i = 0; i < contact->size(); ++i) {
+      facts.gaps.push_back(contact->smallest_gap(system.force_point(positions, 0.0), i));
+    }
+  }
   facts.mass = mass_properties(system);
   facts.lumped_mass = lumped_mass_properties(system);
   for (const LoadFacts& load : facts.loads) {
@@ -322,6 +352,9 @@ SceneFacts scene_facts(const Scene& scene, const MechanicalSystem& system,
         facts.warnings.push_back(std::move(warning));
       }
     }
+  }
+  for (std::string& warning : obstacle_warnings(scene, system)) {
+    facts.warnings.push_back(std::move(warning));
   }
   if (std::string warning = mechanism_warning(facts.motions); !warning.empty()) {
     facts.warnings.push_back(std::move(warning));
@@ -342,6 +375,7 @@ void enter_facts(const SceneFacts& facts, const MechanicalSystem& system,
   if (facts.pull) json["pull"] = json_of(*facts.pull);
   json["supports"] = nlohmann::ordered_json::array();
   for (const SupportFacts& support : facts.supports) json["supports"].push_back(json_of(support));
+  json["obstacles"] = obstacles_json(system, facts.gaps);
   json["parts"] = facts.motions.parts;
   json["pieces"] = facts.motions.pieces;
   json["free_motions"] = facts.motions.whole;
@@ -390,7 +424,7 @@ void print_loads_and_supports(const SceneFacts& facts, const Scene& scene,
   if (facts.pull) print_result("  pull: {}\n", force_text(*facts.pull));
   print_result("supports{}\n", facts.supports.empty() ? ": none" : ":");
   for (const SupportFacts& support : facts.supports) write_result(line_of(support) + "\n");
-  print_obstacles(system);
+  print_obstacles(system, facts.gaps);
   if (facts.motions.parts > 1) {
     print_result("  the body consists of {} parts that do not touch each other\n",
                  facts.motions.parts);

@@ -19,6 +19,7 @@ struct SceneFacts {
   double environment_factor = 1.0;  ///< at t = 0
   std::optional<ForceFacts> pull;
   std::vector<SupportFacts> supports;
+  std::vector<double> gaps;  ///< to each obstacle in whose layer the body begins, m; else infinite
   FreeMotions motions;
   MassProperties mass;
   MassProperties lumped_mass;
@@ -29,7 +30,8 @@ struct SceneFacts {
 SceneFacts scene_facts(const Scene& scene, const MechanicalSystem& system,
                        const BodyConstraints& constraints, const Vector& positions);
 
-/// Adds "inertia", "loads", "environment", "pull", "supports", "free_motions", "mechanisms", "parts" and "pieces".
+/// Adds "inertia", "loads", "environment", "pull", "supports", "obstacles", "free_motions", "mechanisms", "parts" and
+/// "pieces".
 void enter_facts(const SceneFacts& facts, const MechanicalSystem& system,
                  nlohmann::ordered_json& json);
 /// The centre of mass and the inertia, on stdout.

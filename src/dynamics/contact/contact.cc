@@ -118,18 +118,18 @@ Contact::Contact(const TetMesh& mesh, std::vector<Obstacle> obstacles, const Con
     const std::size_t number = units_.size();
     if (obstacle.removed) {
       // No vertex can touch it.
-      unit.law = std::make_shared<SmoothContact>(PlaneShape{}, barrier, std::vector<double>());
+      unit.law = std::make_shared<SmoothContact>(PlaneShape{}, barrier, ContactSurface{});
     } else if (earlier != nullptr && number < earlier->size() &&
                has_same_law(earlier->units_[number].obstacle, obstacle)) {
       unit.surface = earlier->units_[number].surface;
       unit.law = earlier->units_[number].law;
     } else {
-      unit.surface = contact_surface(mesh, obstacle);
+      unit.surface = contact_surface(mesh, obstacle, Corners::kGuarded);
       if (const auto* surface = std::get_if<MeshShape>(&obstacle.shape)) {
         unit.law = std::make_shared<MeshContact>(TriangleMesh(surface->points, surface->triangles),
                                                  unit.surface, barrier);
       } else {
-        unit.law = std::make_shared<SmoothContact>(obstacle.shape, barrier, unit.surface.areas);
+        unit.law = std::make_shared<SmoothContact>(obstacle.shape, barrier, unit.surface);
       }
     }
     unit.smooth = dynamic_cast<const SmoothContact*>(unit.law.get());
@@ -231,30 +231,6 @@ void Contact::add_hessian(const ForcePoint& at, HessianForm form, HessianBlocks&
   }
 }
 
-// ΔU − f̄·Δq, with the same f̄ as add_discrete_gradient(). f̄·Δq in the obstacle's frame is ΔU.
-double Contact::driven_work(const ForcePoint& from, const ForcePoint& to) const {
-  double work = 0.0;
-  for (const Unit& unit : units_) {
-    const ObstacleMotion& motion = unit.obstacle.motion;
-    if (motion.at_rest()) continue;
-    const Vector start = unit.local(from);
-    const Vector end = unit.local(to);
-    const Vector local = unit.mean_gradient(start, end);
-    const Matrix3 rotation = middle_rotation(motion, from.time, to.time);
-    Index i = 0;
-    for (const Index v : unit.surface.vertices) {
-      const Vector3 force = vertex_block(local, i);
-      if (!force.isZero(0.0)) {
-        const Vector3 seen = vertex_block(end, i) - vertex_block(start, i);
-        const Vector3 moved = vertex_block(to.position, v) - vertex_block(from.position, v);
-        work += force.dot(seen - rotation.transpose() * moved);
-      }
-      ++i;
-    }
-  }
-  return work;
-}
-
 void Contact::add_discrete_gradient(const ForcePoint& from, const ForcePoint& to,
                                     Vector& gradient) const {
   for (const Unit& unit : units_) {
@@ -289,13 +265,15 @@ Index Contact::Unit::crossing_vertex(const ForcePoint& from, const ForcePoint& t
     }
   }
   const double longest = part_until_touch(*law, start, way);
-  if (!(longest < 1.0)) return -1;
-  // The vertex that is nearest to the obstacle where the way ends.
+  const bool crosses = longest < 1.0;
+  if (!crosses && only == nullptr && penetrating_vertex(to) < 0) return -1;
+  // The vertex that is nearest to the obstacle where the way ends. A way may end exactly on the obstacle.
   Vector gaps;
-  law->vertex_gaps(start + 0.999 * longest * way, gaps);
+  law->vertex_gaps(crosses ? Vector(start + 0.999 * longest * way) : Vector(start + way), gaps);
   Index nearest = -1;
   for (Index i = 0; i < gaps.size(); ++i) {
     if (only != nullptr && vertex_block(way, i).isZero(0.0)) continue;
+    if (!crosses && gaps[i] > 0.0) continue;
     if (nearest < 0 || gaps[i] < gaps[nearest]) nearest = i;
   }
   return nearest < 0 ? -1 : surface.vertices[static_cast<std::size_t>(nearest)];
@@ -368,10 +346,13 @@ double Contact::round_off(const ForcePoint& at) const {
 
 double Contact::smallest_gap(const ForcePoint& at) const {
   double least = kFar;
-  for (const Unit& unit : units_) {
-    least = std::min(least, unit.law->smallest_gap(unit.local(at)));
-  }
+  for (std::size_t i = 0; i < units_.size(); ++i) least = std::min(least, smallest_gap(at, i));
   return least;
+}
+
+double Contact::smallest_gap(const ForcePoint& at, std::size_t i) const {
+  const Unit& unit = units_.at(i);
+  return unit.law->smallest_gap(unit.local(at));
 }
 
 void Contact::fields(const ForcePoint& at, Vector& pressure, Vector& gap) const {
@@ -383,60 +364,17 @@ void Contact::fields(const ForcePoint& at, Vector& pressure, Vector& gap) const 
     const Vector x = unit.local(at);
     const Vector local = unit.gradient(x);
     unit.law->vertex_gaps(x, gaps);
+    const Barrier layer{unit.obstacle.thickness, unit.obstacle.stiffness};
     Index i = 0;
     for (const Index v : unit.surface.vertices) {
       const double area = unit.surface.areas[static_cast<std::size_t>(i)];
-      pressure[v] += vertex_block(local, i).norm() / area;
+      // Corners that feel a part of the layer have the pressure that the whole of it has there.
+      pressure[v] += unit.surface.reach(i) < 1.0 ? -layer.slope(gaps[i])
+                                                 : vertex_block(local, i).norm() / area;
       gap[v] = std::min(gap[v], gaps[i]);
       ++i;
     }
   }
-}
-
-ObstacleForce Contact::Unit::resultant(const Matrix3& rotation, const Vector& local,
-                                       const Vector& position) const {
-  ObstacleForce sum;
-  Index i = 0;
-  for (const Index v : surface.vertices) {
-    const Vector3 force = -(rotation * vertex_block(local, i++));
-    sum.force += force;
-    sum.moment += vertex_block(position, v).cross(force);
-  }
-  return sum;
-}
-
-std::vector<ObstacleForce> Contact::forces(const ForcePoint& at) const {
-  std::vector<ObstacleForce> result;
-  for (std::size_t k = 0; k < size(); ++k) {
-    const Unit& unit = units_[k];
-    const ObstacleFrame frame = unit.frame(at);
-    if (unit.smooth == nullptr) {
-      result.push_back(unit.resultant(frame.rotation, unit.gradient(unit.local(frame, at.position)),
-                                      at.position));
-      continue;
-    }
-    ObstacleForce sum;
-    unit.for_each_near(frame, at.position, [&](Index i, Index v, const Vector3& x) {
-      const Vector3 force = -(frame.rotation * unit.smooth->vertex_gradient(i, x));
-      sum.force += force;
-      sum.moment += vertex_block(at.position, v).cross(force);
-    });
-    result.push_back(sum);
-  }
-  return result;
-}
-
-std::vector<ObstacleForce> Contact::mean_forces(const ForcePoint& from,
-                                                const ForcePoint& to) const {
-  std::vector<ObstacleForce> result;
-  const Vector middle = 0.5 * (from.position + to.position);
-  for (std::size_t k = 0; k < size(); ++k) {
-    const Unit& unit = units_[k];
-    const Matrix3 rotation = middle_rotation(unit.obstacle.motion, from.time, to.time);
-    result.push_back(
-        unit.resultant(rotation, unit.mean_gradient(unit.local(from), unit.local(to)), middle));
-  }
-  return result;
 }
 
 }  // namespace tetraction

@@ -13,13 +13,19 @@
 namespace tetraction {
 namespace {
 
-// The share of the area of a quadratic face that its corners have. It keeps them out of the obstacle; with a uniform
-// pressure they should have none.
+// The share of the area of a quadratic face that its corners have among bodies. It keeps them out of others; with a
+// uniform pressure they should have none.
 constexpr double kCornerShare = 1e-3;
+// Guards of corners: the share of a quadratic face, which is a third of the triangle between the corner and the
+// middles beside it, and of the thickness of the layer.
+constexpr double kGuardArea = 1.0 / 12.0;
+constexpr double kGuardReach = 0.5;
 
 }  // namespace
 
-ContactSurface contact_surface(const TetMesh& mesh, const Obstacle& obstacle) {
+ContactSurface contact_surface(const TetMesh& mesh, const Obstacle& obstacle, Corners corners) {
+  const bool has_guards = corners == Corners::kGuarded && mesh.is_quadratic();
+  std::set<Index> guarded;
   if (obstacle.surface.empty()) {
     throw InputError(fmt::format("No face of the body's boundary may touch the obstacle \"{}\".",
                                  obstacle.name));
@@ -44,8 +50,15 @@ ContactSurface contact_surface(const TetMesh& mesh, const Obstacle& obstacle) {
       continue;
     }
     for (std::size_t i = 0; i < 3; ++i) {
-      areas[face.at(i)] += kCornerShare * third;
-      areas[middles.find(face.at(i), face.at((i + 1) % 3))] += (1.0 - kCornerShare) * third;
+      const Index middle = middles.find(face.at(i), face.at((i + 1) % 3));
+      if (has_guards) {
+        areas[face.at(i)] += 3.0 * kGuardArea * third;
+        areas[middle] += third;
+        guarded.insert(face.at(i));
+      } else {
+        areas[face.at(i)] += kCornerShare * third;
+        areas[middle] += (1.0 - kCornerShare) * third;
+      }
     }
   }
   const std::vector<std::array<Index, 3>> triangles = middles.divide(obstacle.surface);
@@ -55,6 +68,7 @@ ContactSurface contact_surface(const TetMesh& mesh, const Obstacle& obstacle) {
     number[v] = static_cast<Index>(surface.vertices.size());
     surface.vertices.push_back(v);
     surface.areas.push_back(area);
+    if (has_guards) surface.reaches.push_back(guarded.contains(v) ? kGuardReach : 1.0);
   }
   surface.rest.resize(3 * static_cast<Index>(surface.vertices.size()));
   for (std::size_t i = 0; i < surface.vertices.size(); ++i) {

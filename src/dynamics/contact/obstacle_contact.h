@@ -16,7 +16,17 @@ struct ContactSurface {
   std::vector<std::array<Index, 3>> triangles;  ///< outward, numbers of this surface
   std::vector<std::array<Index, 2>> edges;      ///< of the triangles, each once, lower number first
   std::vector<double> areas;  ///< of each vertex: its share of the rest areas, m²
-  Vector rest;                ///< rest positions, 3 per vertex, m
+  /// The share of a layer's thickness in which each vertex feels it; empty: the whole of it for all vertices.
+  std::vector<double> reaches;
+  Vector rest;  ///< rest positions, 3 per vertex, m
+
+  double reach(Index i) const {
+    return reaches.empty() ? 1.0 : reaches[static_cast<std::size_t>(i)];
+  }
+  /// The layer as vertex i feels it.
+  Barrier layer(Index i, const Barrier& whole) const {
+    return {reach(i) * whole.thickness, whole.stiffness};
+  }
 };
 
 /// A sum of symmetric 3 × 3 blocks over the vertices of a surface.
@@ -99,6 +109,7 @@ struct Approach {
   double weight = 0.0;    ///< area of the pair, m²
   double distance = 0.0;  ///< of the pair, m
   double speed = 0.0;     ///< at which the vertex comes nearer, m/s; negative where it goes away
+  double reach = 1.0;     ///< share of the layer's thickness in which the pair feels it
   /// The area on which the layer stops the vertex, m²; 0 if it is `weight`. Of a pair that has only a small share of
   /// the area, the others near it stop the vertex.
   double carrying = 0.0;

@@ -396,7 +396,7 @@ void SelfContact::add_approach(const MovingPair& moving, bool are_sharp_edges, c
   for (const Index i : moving.own()) {
     const double area = is_edges ? 2.0 * moving.pair.weight : surface_.areas[place(i)];
     const double carrying = are_sharp_edges ? area : carrying_areas_[place(i)];
-    found.push_back({i, 2.0 * area, d, speed, 2.0 * carrying});
+    found.push_back({i, 2.0 * area, d, speed, 1.0, 2.0 * carrying});
   }
 }
 

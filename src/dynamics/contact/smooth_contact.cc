@@ -88,8 +88,8 @@ double SmoothWall::first_touch(const Vector3& x, const Vector3& way) const {
 }
 
 SmoothContact::SmoothContact(const ObstacleShape& shape, const Barrier& barrier,
-                             std::vector<double> areas)
-    : barrier_(barrier), areas_(std::move(areas)) {
+                             const ContactSurface& surface)
+    : barrier_(barrier), areas_(surface.areas), reaches_(surface.reaches) {
   if (const auto* plane = std::get_if<PlaneShape>(&shape)) {
     walls_.push_back(SmoothWall::plane(plane->point, plane->normal));
   } else if (const auto* sphere = std::get_if<SphereShape>(&shape)) {
@@ -108,17 +108,19 @@ SmoothContact::SmoothContact(const ObstacleShape& shape, const Barrier& barrier,
 }
 
 double SmoothContact::vertex_energy(Index i, const Vector3& x) const {
+  const Barrier own = layer(i);
   double sum = 0.0;
-  for (const SmoothWall& wall : walls_) sum += area(i) * barrier_.value(wall.distance(x));
+  for (const SmoothWall& wall : walls_) sum += area(i) * own.value(wall.distance(x));
   return sum;
 }
 
 Vector3 SmoothContact::vertex_gradient(Index i, const Vector3& x) const {
+  const Barrier own = layer(i);
   Vector3 sum = Vector3::Zero();
   for (const SmoothWall& wall : walls_) {
     const double d = wall.distance(x);
-    if (d >= barrier_.thickness) continue;
-    sum += area(i) * barrier_.slope(d) * wall.normal(x);
+    if (d >= own.thickness) continue;
+    sum += area(i) * own.slope(d) * wall.normal(x);
   }
   return sum;
 }
@@ -139,13 +141,14 @@ void SmoothContact::add_gradient(const Vector& x, Vector& gradient) const {
 
 void SmoothContact::add_hessian(const Vector& x, bool convex, SurfaceBlocks& blocks) const {
   for (Index v = 0; v < count(); ++v) {
+    const Barrier own = layer(v);
     const Vector3 place = vertex_block(x, v);
     for (const SmoothWall& wall : walls_) {
       const double d = wall.distance(place);
-      if (d >= barrier_.thickness) continue;
+      if (d >= own.thickness) continue;
       const Vector3 n = wall.normal(place);
-      Matrix3 block = barrier_.curvature(d) * n * n.transpose();
-      const Matrix3 bend = barrier_.slope(d) * wall.curvature(place);
+      Matrix3 block = own.curvature(d) * n * n.transpose();
+      const Matrix3 bend = own.slope(d) * wall.curvature(place);
       if (!convex || bend.trace() > 0.0) block += bend;
       blocks.add(v, area(v) * block);
     }
@@ -156,10 +159,11 @@ void SmoothContact::add_discrete_gradient(const Vector& from, const Vector& to,
                                           Vector& gradient) const {
   parallel_for(count(), kGrain, [&](Index begin, Index end) {
     for (Index v = begin; v < end; ++v) {
+      const Barrier own = layer(v);
       const Vector3 a = vertex_block(from, v);
       const Vector3 b = vertex_block(to, v);
       for (const SmoothWall& wall : walls_) {
-        const double slope = barrier_.mean_slope(wall.distance(a), wall.distance(b));
+        const double slope = own.mean_slope(wall.distance(a), wall.distance(b));
         if (slope == 0.0) continue;
         vertex_block(gradient, v) += area(v) * slope * wall.mean_normal(a, b);
       }
@@ -170,14 +174,15 @@ void SmoothContact::add_discrete_gradient(const Vector& from, const Vector& to,
 void SmoothContact::add_discrete_hessian(const Vector& from, const Vector& to, bool convex,
                                          SurfaceBlocks& blocks) const {
   for (Index v = 0; v < count(); ++v) {
+    const Barrier own = layer(v);
     const Vector3 a = vertex_block(from, v);
     const Vector3 b = vertex_block(to, v);
     for (const SmoothWall& wall : walls_) {
       const double before = wall.distance(a);
       const double after = wall.distance(b);
-      if (before >= barrier_.thickness && after >= barrier_.thickness) continue;
-      const double rate = barrier_.mean_slope_rate(before, after);
-      const double slope = barrier_.mean_slope(before, after);
+      if (before >= own.thickness && after >= own.thickness) continue;
+      const double rate = own.mean_slope_rate(before, after);
+      const double slope = own.mean_slope(before, after);
       const Vector3 n = wall.normal(b);
       if (convex) {
         Matrix3 block = rate * n * n.transpose();
@@ -234,7 +239,7 @@ void SmoothContact::add_support(const Vector& x, double reach, SurfaceBlocks& bl
   const double stiffness = barrier_.stiffness / barrier_.thickness;
   for (Index v = 0; v < count(); ++v) {
     for (const SmoothWall& wall : walls_) {
-      if (!(wall.distance(vertex_block(x, v)) < reach)) continue;
+      if (!(wall.distance(vertex_block(x, v)) < reach * own_reach(v))) continue;
       const Vector3 n = wall.normal(vertex_block(x, v));
       blocks.add(v, area(v) * stiffness * n * n.transpose());
     }
@@ -257,12 +262,13 @@ void SmoothContact::vertex_gaps(const Vector& x, Vector& gaps) const {
 
 void SmoothContact::contact_points(const Vector& x, std::vector<ContactPoint>& points) const {
   for (Index v = 0; v < count(); ++v) {
+    const Barrier own = layer(v);
     const Vector3 place = vertex_block(x, v);
     for (const SmoothWall& wall : walls_) {
       const double d = wall.distance(place);
-      if (d >= barrier_.thickness) continue;
-      points.push_back(place_of_vertex(v, wall.normal(place), -area(v) * barrier_.slope(d),
-                                       area(v) * barrier_.curvature(d)));
+      if (d >= own.thickness) continue;
+      points.push_back(place_of_vertex(v, wall.normal(place), -area(v) * own.slope(d),
+                                       area(v) * own.curvature(d)));
     }
   }
 }
@@ -270,18 +276,19 @@ void SmoothContact::contact_points(const Vector& x, std::vector<ContactPoint>& p
 void SmoothContact::mean_contact_points(const Vector& from, const Vector& to,
                                         std::vector<ContactPoint>& points) const {
   for (Index v = 0; v < count(); ++v) {
+    const Barrier own = layer(v);
     const Vector3 a = vertex_block(from, v);
     const Vector3 b = vertex_block(to, v);
     for (const SmoothWall& wall : walls_) {
       const double before = wall.distance(a);
       const double after = wall.distance(b);
-      if (before >= barrier_.thickness && after >= barrier_.thickness) continue;
+      if (before >= own.thickness && after >= own.thickness) continue;
       const Vector3 n = wall.mean_normal(a, b);
       const double length = n.norm();
       if (!(length > 0.0)) continue;
       points.push_back(place_of_vertex(v, n / length,
-                                       -area(v) * length * barrier_.mean_slope(before, after),
-                                       area(v) * length * barrier_.mean_slope_rate(before, after)));
+                                       -area(v) * length * own.mean_slope(before, after),
+                                       area(v) * length * own.mean_slope_rate(before, after)));
     }
   }
 }
@@ -293,7 +300,7 @@ void SmoothContact::approaching(const Vector& x, const Vector& v, double reach,
     for (const SmoothWall& wall : walls_) {
       const double d = wall.distance(place);
       if (d > reach) continue;
-      found.push_back({i, area(i), d, -wall.normal(place).dot(vertex_block(v, i))});
+      found.push_back({i, area(i), d, -wall.normal(place).dot(vertex_block(v, i)), own_reach(i)});
     }
   }
 }

@@ -51,10 +51,11 @@ class SmoothWall {
 };
 
 /// Contact of the vertices of a surface with one or more smooth walls: U(x) = Σ_v w_v Σ U_b(d(x_v)) with
-/// the area w_v of vertex v.
+/// the area w_v of vertex v, and the layer as it feels it.
 class SmoothContact : public ObstacleContact {
  public:
-  SmoothContact(const ObstacleShape& shape, const Barrier& barrier, std::vector<double> areas);
+  /// Of the surface it takes the areas and the layers.
+  SmoothContact(const ObstacleShape& shape, const Barrier& barrier, const ContactSurface& surface);
 
   bool couples_vertices() const override { return false; }
   double energy(const Vector& x) const override;
@@ -99,9 +100,14 @@ class SmoothContact : public ObstacleContact {
  private:
   Index count() const { return static_cast<Index>(areas_.size()); }
   double area(Index v) const { return areas_[static_cast<std::size_t>(v)]; }
+  double own_reach(Index v) const {
+    return reaches_.empty() ? 1.0 : reaches_[static_cast<std::size_t>(v)];
+  }
+  Barrier layer(Index v) const { return {own_reach(v) * barrier_.thickness, barrier_.stiffness}; }
   std::vector<SmoothWall> walls_;
-  Barrier barrier_;
+  Barrier barrier_;  // of vertices that feel the whole layer
   std::vector<double> areas_;
+  std::vector<double> reaches_;
   bool is_convex_ = true;
 };
 

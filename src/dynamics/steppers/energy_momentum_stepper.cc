@@ -113,8 +113,11 @@ class EnergyMomentumStepper : public ImplicitStepper {
     outcome.message = std::string("the equations of the ") +
                       (step_.forces() == StepForces::kDiscrete ? "energy-momentum" : "midpoint") +
                       " step have no solution near any guess" +
-                      (message.empty() ? std::string() : ": " + message) + note_on_limit(from) +
-                      note_on_layer(system_, *from_);
+                      (message.empty() ? std::string() : ": " + message) + note_on_limit(from);
+    // The message of equations that are not exact enough has it already.
+    if (const std::string note = note_on_layer(system_, *from_); !message.ends_with(note)) {
+      outcome.message += note;
+    }
     return false;
   }
 
@@ -405,6 +408,14 @@ class EnergyMomentumStepper : public ImplicitStepper {
   // An impulse does its work with the mean of the velocities before and after it.
   double work_of_constraints(const State& from, const State& to) override {
     return constraint_work(from, to) + work_of_impulses_;
+  }
+
+  // The discrete gradient keeps the energy of the layers exactly.
+  double work_of_obstacles(const State& from, const State& to) const override {
+    const Contact* contact = system_.contact();
+    if (contact == nullptr) return 0.0;
+    return contact->driven_work(system_.force_point(from.position, from.time),
+                                system_.force_point(to.position, to.time));
   }
 
   Vector3 residual_arm(const State& from, Index v) const override {

@@ -388,7 +388,6 @@ class ExplicitStepper : public Stepper {
     }
     if (load_.size() > 0) outcome.external_work = h * own_dot(system_, load_, to.velocity);
     if (terms_.potential) outcome.external_work += driven_work(from, to);
-    outcome.constraint_work += obstacle_work(from, to);
     if (!constraints.empty() || terms_.constraining) {
       outcome.constraint_work += constraint_work(from, to);
     }

@@ -86,7 +86,7 @@ StepOutcome ImplicitStepper::advance_part(const State& from, State& to, double h
   if (system_.is_dissipative()) outcome.dissipated_energy = problem_->dissipated_energy(u, h);
   reactions_.force /= h;
   reactions_.delay /= h;
-  outcome.constraint_work = work_of_constraints(from, to) + obstacle_work(from, to);
+  outcome.constraint_work = work_of_constraints(from, to) + work_of_obstacles(from, to);
   enter_friction(h, to, outcome);
   if (constraining_) {
     reactions_.force += spring_force_;
@@ -98,10 +98,17 @@ StepOutcome ImplicitStepper::advance_part(const State& from, State& to, double h
   return outcome;
 }
 
+double ImplicitStepper::work_of_obstacles(const State& from, const State& to) const {
+  const Contact* contact = system_.contact();
+  if (contact == nullptr) return 0.0;
+  const double h = to.time - from.time;
+  return contact->work_of_motion(obstacle_forces_, from.time + alpha_ * h, {from.time, to.time}, h);
+}
+
 // The energy of friction, and the impulses of obstacles.
 void ImplicitStepper::enter_friction(double h, const State& to, StepOutcome& outcome) {
   if (system_.contact() == nullptr) return;
-  add_obstacle_impulses(obstacle_forces_, h, outcome);
+  enter_obstacle_impulses(obstacle_forces_, h, outcome);
   outcome.step_size = h;
   if (!problem_->has_friction()) return;
   const FrictionStep& friction = problem_->friction();

@@ -83,18 +83,6 @@ double Stepper::driven_work(const State& from, const State& to) const {
   return work;
 }
 
-double Stepper::obstacle_work(const State& from, const State& to) const {
-  const Contact* contact = system_.contact();
-  if (contact == nullptr || !contact->moves()) return 0.0;
-  return contact->driven_work(system_.energy_point(from.position, from.time),
-                              system_.energy_point(to.position, to.time));
-}
-
-void Stepper::add_obstacle_impulses(const std::vector<ObstacleForce>& forces, double dt,
-                                    StepOutcome& outcome) {
-  enter_obstacle_impulses(forces, dt, outcome);
-}
-
 StepOutcome& Stepper::undefined(StepOutcome& outcome, const ForceTerm& term, Index vertex) const {
   outcome.status = StepStatus::kUndefined;
   if (&term == system_.contact() && vertex >= 0) {

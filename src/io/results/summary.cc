@@ -86,6 +86,18 @@ nlohmann::ordered_json obstacles_json(const Session& session) {
   return json;
 }
 
+// Of an equilibrium: the forces on the body.
+nlohmann::ordered_json obstacle_forces_json(const Session& session) {
+  const Contact& contact = *session.system().contact();
+  nlohmann::ordered_json json = nlohmann::ordered_json::object();
+  for (std::size_t i = 0; i < contact.size(); ++i) {
+    const auto& [force, moment] = session.obstacle_forces().at(i);
+    json[contact.obstacle(i).name] = {{"force", {force.x(), force.y(), force.z()}},
+                                      {"moment", {moment.x(), moment.y(), moment.z()}}};
+  }
+  return json;
+}
+
 nlohmann::ordered_json equilibrium_json(const Session& session, const LoadPath& path) {
   const Displacement largest = largest_displacement(session.system(), session.state().position);
   const Vector3 reaction = resultant(session.reaction_force());
@@ -193,6 +205,8 @@ std::string summary_json(const Session& session, const std::string& directory,
   if (system.contact() != nullptr && path == nullptr) {
     json["energy"]["friction_dissipation"] = balance.friction_dissipation();
     json["obstacles"] = obstacles_json(session);
+  } else if (system.contact() != nullptr) {
+    json["obstacles"] = obstacle_forces_json(session);
   }
   if (path == nullptr) {
     json["max_relative_energy_drift"] = balance.max_relative_energy_drift();

@@ -10,7 +10,6 @@
 #include <utility>
 
 #include "core/quoting.h"
-#include "core/spelling.h"
 #include "point_location.h"
 #include "simulation/scene/setting_keys.h"
 #include "tetraction/core/error.h"
@@ -41,7 +40,7 @@ struct ProbeSet::Impl {
     std::vector<double> weights;  // of the nodes of a point's tetrahedron, or of tetrahedra
     std::vector<std::array<double, 4>> coordinates;  // of a point in quadratic tetrahedra
     std::vector<Vector3> positions;                  // of the vertices at rest, if they are needed
-    std::optional<std::size_t> obstacle;             // in place of vertices and tetrahedra
+    std::optional<std::string> obstacle;             // in place of vertices and tetrahedra
     Vector3 about = Vector3::Zero();                 // of a moment
   };
 
@@ -68,31 +67,18 @@ struct ProbeSet::Impl {
     for (const Index e : place.tetrahedra) place.weights.push_back(mesh.volume(e) / volume);
   }
 
-  // Throws InputError with the names that there are.
-  std::size_t obstacle_of(const ProbeSettings& probe) const {
-    const Contact* contact = system.contact();
-    NameList names;
-    for (std::size_t i = 0; contact != nullptr && i < contact->size(); ++i) {
-      if (contact->obstacle(i).name == probe.obstacle) return i;
-      names.emplace_back(contact->obstacle(i).name);
-    }
-    const std::string_view near = nearest_name(probe.obstacle, names);
-    throw InputError(fmt::format(
-        "the probe {} is of the obstacle {}, but {}.", in_quotes(probe.name),
-        in_quotes(probe.obstacle),
-        names.empty() ? "the scene has no [[obstacle]]"
-                      : fmt::format("{}the scene has {}",
-                                    near.empty() ? "" : fmt::format("did you mean \"{}\"? ", near),
-                                    listing(names))));
-  }
-
   Place place_of(const ProbeSettings& probe) const {
     const TetMesh& mesh = system.mesh();
     Place place;
     const Quantity& quantity = quantity_of(probe.quantity);
     const bool of_tetrahedra = quantity.domain == ValueDomain::kTetrahedra;
     if (quantity.is_of_obstacle) {
-      place.obstacle = obstacle_of(probe);
+      if (system.contact() == nullptr) {
+        throw InputError(
+            fmt::format("the probe {} is of the obstacle {}, but the scene has no [[obstacle]].",
+                        in_quotes(probe.name), in_quotes(probe.obstacle)));
+      }
+      place.obstacle = probe.obstacle;
       place.about = probe.about;
       return place;
     }
@@ -154,11 +140,22 @@ struct ProbeSet::Impl {
     return total.moment - place.about.cross(total.force);
   }
 
+  // Zero for one that an event has not added yet, or has removed.
+  ObstacleForce force_of_obstacle(const std::string& name, const Session& session) const {
+    const Contact& contact = *system.contact();
+    const std::vector<ObstacleForce>& forces = session.obstacle_forces();
+    for (std::size_t i = 0; i < std::min(contact.size(), forces.size()); ++i) {
+      const Obstacle& obstacle = contact.obstacle(i);
+      if (obstacle.name == name && !obstacle.removed) return forces[i];
+    }
+    return {};
+  }
+
   void evaluate(std::size_t probe, const Session& session, double* values) const {
     if (const Place& place = places[probe]; place.obstacle) {
       // It is that of the whole body in every part.
       Eigen::Map<Vector3>{values + probes[probe].first} =
-          of_obstacle(session.obstacle_forces()[*place.obstacle], place, probes[probe].quantity);
+          of_obstacle(force_of_obstacle(*place.obstacle, session), place, probes[probe].quantity);
       return;
     }
     evaluate_part(probe, session, values);

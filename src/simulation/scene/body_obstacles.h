@@ -1,6 +1,7 @@
 // The contact of a body with the obstacles of a scene, and of bodies with each other.
 #pragma once
 
+#include <array>
 #include <memory>
 #include <optional>
 #include <string>
@@ -26,16 +27,17 @@ std::optional<BodyContact> body_contact(const ContactSettings& settings,
                                         const MechanicalSystem& system);
 
 /// The contact with these obstacles, and between bodies that of `earlier`, or if there is none, of `between`. It shares
-/// with `earlier` what has not changed. Throws InputError.
+/// with `earlier` what has not changed. With `reselected` all obstacles but that number have the selections that they
+/// have in `earlier`, whose faces are not looked for again. Throws InputError.
 std::shared_ptr<const Contact> make_contact(const std::vector<BodyObstacle>& obstacles,
                                             const std::vector<AmplitudeSettings>& amplitudes,
                                             const MechanicalSystem& system,
                                             const Contact* earlier = nullptr,
-                                            std::optional<BodyContact> between = std::nullopt);
+                                            std::optional<BodyContact> between = std::nullopt,
+                                            std::optional<std::size_t> reselected = std::nullopt);
 
-/// Adds an obstacle whose motion begins at this time.
-void add_obstacle(std::vector<BodyObstacle>& obstacles, const ObstacleSettings& settings,
-                  double time, const MechanicalSystem& system);
+/// An obstacle whose motion begins at this time, of a body whose softest element has this Young's modulus, Pa.
+BodyObstacle begun_obstacle(const ObstacleSettings& settings, double time, double modulus);
 
 /// Gives an obstacle other settings from this time on. Throws InputError.
 void change_obstacle(BodyObstacle& obstacle, const ObstacleSettings& settings, double time,
@@ -43,16 +45,12 @@ void change_obstacle(BodyObstacle& obstacle, const ObstacleSettings& settings, d
 
 /// Moves masses of vertices that may touch something into the body (contact.mass). Throws InputError.
 void move_contact_masses(const Scene& scene, MechanicalSystem& system);
-/// Throws InputError if a vertex penetrates an obstacle or another body at these positions. The message begins with
-/// `what` and has the obstacle, the numbers of some vertices and the depth.
-void refuse_penetration(const MechanicalSystem& system, const Vector& position, double time,
-                        const std::string& what);
 
-/// Throws InputError if an obstacle has friction, which an equilibrium cannot have.
-void refuse_friction(const Scene& scene);
-
-/// A warning where an obstacle is so small that faces of the body may sink into it between their vertices; empty
-/// without one.
-std::string small_obstacle_warning(const Scene& scene, const MechanicalSystem& system);
+/// The mean length of the edges of some faces at rest, m.
+double mean_edge(const TetMesh& mesh, const std::vector<std::array<Index, 3>>& faces);
+/// Young's modulus of the softest element, Pa.
+double least_modulus(const MechanicalSystem& system);
+/// Throws InputError: the name of the obstacle belongs to another one.
+[[noreturn]] void refuse_name(const ObstacleSettings& settings);
 
 }  // namespace tetraction

@@ -8,9 +8,9 @@
 #include <utility>
 
 #include "body_constraints.h"
-#include "body_obstacles.h"
 #include "mesh/shared_error.h"
 #include "setting_keys.h"
+#include "simulation/facts/obstacle_checks.h"
 #include "tetraction/core/error.h"
 #include "tetraction/dynamics/body_sums.h"
 #include "tetraction/dynamics/constraints/multipliers.h"

@@ -158,8 +158,9 @@ SceneSection probe_section() {
          .in_echo = Written::kUnlessDefault},
         &S::every},
        {{.name = "obstacle",
-         .help = "of `contact_force` and `contact_moment`, instead of `select`: the name of the "
-                 "[`[[obstacle]]`](#obstacle)",
+         .help =
+             "of `contact_force` and `contact_moment`, instead of `select`: the name of the "
+             "[`[[obstacle]]`](#obstacle), which an event may add; there is no force before that",
          .in_file = Written::kUnlessDefault,
          .in_echo = Written::kUnlessDefault},
         &S::obstacle,

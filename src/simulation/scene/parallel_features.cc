@@ -70,6 +70,13 @@ void refuse_what_parts_lack(const Scene& scene, Analysis analysis) {
   if (scene.mesh.volume == VolumeRule::kNodal) {
     refuse("", "mesh.volume = \"nodal\"", "take \"element\"");
   }
+  // Before the integrator: no other one helps a scene with contact.
+  if (!scene.obstacle.empty()) {
+    refuse(scene.obstacle.front().where, "[[obstacle]]", kLeaveObstacle);
+  }
+  if (scene.contact.between != ContactBetween::kNone) {
+    refuse("", "contact.between", "leave it out");
+  }
   check_time(scene.time, "");
   check_solver_of_parts(scene.solver, "");
   if (!scene.pressure.empty()) {
@@ -78,12 +85,6 @@ void refuse_what_parts_lack(const Scene& scene, Analysis analysis) {
   if (!scene.pull.vertices.empty()) refuse("", "[pull]", kTakeForce);
   if (!scene.constraint.empty()) {
     refuse(scene.constraint.front().where, "[[constraint]]", kTakeFix);
-  }
-  if (!scene.obstacle.empty()) {
-    refuse(scene.obstacle.front().where, "[[obstacle]]", kLeaveObstacle);
-  }
-  if (scene.contact.between != ContactBetween::kNone) {
-    refuse("", "contact.between", "leave it out");
   }
   if (scene.contact.mass != 1.0) refuse("", "contact.mass", "leave it out");
   if (!scene.force_term.empty()) refuse("", "a force term of a program", "leave it out");

@@ -12,6 +12,7 @@
 #include "body_obstacles.h"
 #include "initial_state.h"
 #include "setting_keys.h"
+#include "simulation/facts/obstacle_checks.h"
 #include "tetraction/core/error.h"
 #include "tetraction/dynamics/contact/contact.h"
 #include "tetraction/dynamics/nodal_volume/nodal_volume.h"
@@ -150,9 +151,7 @@ struct SelectionCheck {
     make_constraint(edit.entry, system, system.mesh().rest_positions(), 0.0, amplitudes);
   }
   void operator()(const SetObstacle& edit) const {
-    std::vector<BodyObstacle> added;
-    add_obstacle(added, edit.entry, 0.0, system);
-    make_contact(added, amplitudes, system);
+    make_contact({begun_obstacle(edit.entry, 0.0, 1.0)}, amplitudes, system);
   }
   void operator()(const ShiftState& edit) const { check_shift(edit.change, system.mesh()); }
   template <class Change>
@@ -206,6 +205,7 @@ std::string density_array(const MaterialSettings& material) {
 }
 
 void check_events(const Scene& scene, const MechanicalSystem& system) {
+  check_obstacle_names(scene);
   for (const EventSettings& event : scene.event) {
     for (const Edit& edit : event.edits) {
       const SelectionCheck check{system, scene.amplitude, scene};

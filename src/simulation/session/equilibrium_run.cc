@@ -5,10 +5,10 @@
 #include <algorithm>
 #include <utility>
 
-#include "failure_cause.h"
 #include "failure_place.h"
+#include "obstacle_notes.h"
 #include "run_warnings.h"
-#include "simulation/scene/body_obstacles.h"
+#include "simulation/facts/obstacle_checks.h"
 #include "simulation/scene/initial_state.h"
 #include "tetraction/core/interruption.h"
 #include "tetraction/simulation/scene_objects.h"

@@ -4,9 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "dynamics/terms/term_forces.h"
+#include "failure_measures.h"
 #include "failure_place.h"
 #include "simulation/stepping/step_strategy.h"
 #include "tetraction/dynamics/body_sums.h"
@@ -15,8 +15,6 @@
 namespace tetraction {
 namespace {
 
-// Forces are out of proportion if they would strain a part of the body by more than this.
-constexpr double kAbsurdStrain = 100.0;
 // Vertices are too fast if they move so many times as fast as pressure waves.
 constexpr double kAbsurdSpeed = 10.0;
 // Moduli that differ by more leave a factorisation too few digits for the softer part.
@@ -25,43 +23,6 @@ constexpr double kAbsurdContrast = 1e8;
 constexpr double kCrushed = 0.1;
 // Residuals below this share of the forces are round-off of large sums.
 constexpr double kLoadRoundOff = 1e-11;
-struct Moduli {
-  double least = std::numeric_limits<double>::infinity();
-  double most = 0.0;
-};
-
-Moduli moduli_of(const MechanicalSystem& system) {
-  Moduli moduli;
-  for (const MaterialField& material : system.materials()) {
-    moduli.least = std::min(moduli.least, material.lame_range().least_modulus);
-    moduli.most = std::max(moduli.most, material.lame_range().most_modulus);
-  }
-  moduli.least = least_of_parts(system.part(), moduli.least);
-  moduli.most = largest_of_parts(system.part(), moduli.most);
-  return moduli;
-}
-
-// The edge of a cube with the volume that belongs to a vertex, m.
-double length_of_vertex(const MechanicalSystem& system) {
-  return std::cbrt(system.mesh().total_volume() / static_cast<double>(global_vertex_count(system)));
-}
-
-// The strain that the forces (3 per vertex, N) would make in the stiffest material: of the largest
-// one on the section that belongs to a vertex, or of all on the section of the body.
-double strain_of(const MechanicalSystem& system, const Vector& forces) {
-  double sum = 0.0;
-  double most = 0.0;
-  for (Index v = 0; v < system.owned_vertex_count(); ++v) {
-    sum += vertex_block(forces, v).norm();
-    most = std::max(most, vertex_block(forces, v).norm());
-  }
-  sum = sum_over_parts(system.part(), sum);
-  most = largest_of_parts(system.part(), most);
-  const double volume = system.mesh().total_volume();
-  const double length = length_of_vertex(system);
-  const double pressure = std::max(most / (length * length), sum / std::cbrt(volume * volume));
-  return pressure / moduli_of(system).most;
-}
 
 std::optional<Index> first_not_finite(const Vector& field) {
   for (Index v = 0; v < field.size() / 3; ++v) {
@@ -70,156 +31,7 @@ std::optional<Index> first_not_finite(const Vector& field) {
   return std::nullopt;
 }
 
-double fastest(const MechanicalSystem& system, const Vector& momentum) {
-  const Vector3 mean = global_resultant(system, momentum) / system.total_mass();
-  double most = 0.0;
-  for (Index v = 0; v < system.vertex_count(); ++v) {
-    most = std::max(most, (vertex_block(momentum, v) / system.mass()[v] - mean).norm());
-  }
-  return largest_of_parts(system.part(), most);
-}
-
-// Speed of pressure waves in the stiffest material, m/s.
-double wave_speed(const MechanicalSystem& system) {
-  return std::sqrt(moduli_of(system).most * system.mesh().total_volume() / system.total_mass());
-}
-
-// Two instants of a step beside obstacles.
-struct StepBesideObstacles {
-  const MechanicalSystem& system;
-  const State& from;
-  double end = 0.0;
-  bool is_static = false;
-
-  ForcePoint point(const Vector& x, double at) const {
-    ForcePoint result = system.force_point(x, is_static ? 0.0 : at);
-    if (is_static) result.load_factor = at;
-    return result;
-  }
-  ForcePoint begin_point() const { return point(from.position, from.time); }
-};
-
-// The name of what holds or leads a vertex, in the directions in which it cannot give way to an obstacle; empty if it
-// can.
-std::string holder_of(const StepBesideObstacles& step, Index v) {
-  const MechanicalSystem& system = step.system;
-  if (system.coordinates().is_free(v) || system.coordinates().set_of(v) >= 0) return {};
-  constexpr double kNothing = 1e-9;
-  HessianBlocks support;
-  support.reset(system.vertex_count());
-  system.contact()->add_support(step.begin_point(), Contact::Support::kPossible, support);
-  const Matrix3 block = support.diagonal(v);
-  const Matrix columns = system.coordinates().map(v).columns;
-  if (columns.cols() > 0 &&
-      (columns.transpose() * block * columns).norm() > kNothing * block.norm())
-    return {};
-  for (const PrescribedVertices& held : system.constraints().list().held) {
-    if (std::find(held.vertices.begin(), held.vertices.end(), v) != held.vertices.end()) {
-      return held.name;
-    }
-  }
-  return "a constraint";
-}
-
-std::optional<ObstacleNote> held_vertex_note(const StepBesideObstacles& step,
-                                             const Vector& prescribed) {
-  constexpr int kMostTried = 64;
-  const MechanicalSystem& system = step.system;
-  std::vector<Index> held;
-  for (Index v = 0; v < system.vertex_count(); ++v) {
-    if (!system.coordinates().is_free(v)) held.push_back(v);
-  }
-  for (int i = 0; i < kMostTried && !held.empty(); ++i) {
-    const auto crossing =
-        system.contact()->crossing(step.begin_point(), step.point(prescribed, step.end), &held);
-    if (!crossing) return std::nullopt;
-    const Contact& contact = *system.contact();
-    const bool is_body = crossing->obstacle == contact.size();
-    const std::string partner = contact.partner(crossing->obstacle);
-    if (const std::string holder = holder_of(step, crossing->vertex); !holder.empty()) {
-      return ObstacleNote{
-          fmt::format("vertex {} cannot give way to {}, because it moves as {} prescribes",
-                      system.mesh().vertex_id(crossing->vertex), partner, holder),
-          fmt::format("End the run or the motion before they meet, move {} or the support aside, "
-                      "or leave this part of the surface out with the key select of {}.",
-                      is_body ? "the other body" : "the obstacle",
-                      is_body ? "[contact]" : partner)};
-    }
-    held.erase(std::find(held.begin(), held.end(), crossing->vertex));
-  }
-  return std::nullopt;
-}
-
-std::optional<ObstacleNote> fast_obstacle_note(const StepBesideObstacles& step) {
-  constexpr double kShare = 0.5;  // of an element
-  const MechanicalSystem& system = step.system;
-  const double length = step.end - step.from.time;
-  Vector velocity = Vector::Zero(system.dof_count());
-  if (!step.is_static) system.velocity_of(step.from.momentum, velocity);
-  const Vector x = step.from.position + length * velocity;
-  const auto crossing = system.contact()->crossing(step.begin_point(), step.point(x, step.end));
-  if (!crossing || crossing->obstacle == system.contact()->size()) return std::nullopt;
-  const Obstacle& obstacle = system.contact()->obstacle(crossing->obstacle);
-  const auto frame = [&](double at) {
-    return step.is_static ? frame_at(obstacle.motion, 0.0, at) : frame_at(obstacle.motion, at);
-  };
-  const Vector3 place = vertex_block(step.from.position, crossing->vertex);
-  const double moved =
-      (frame(step.end).to_local(place) - frame(step.from.time).to_local(place)).norm();
-  const double element = length_of_vertex(system);
-  if (!(moved > kShare * element)) return std::nullopt;
-  const double shorter = kShare * element / moved * length;
-  ObstacleNote note{
-      fmt::format("the obstacle \"{}\" moves by {:.3g} m in this step, {:.2g} times the size of an "
-                  "element, and meets vertex {} on its way",
-                  obstacle.name, moved, moved / element, system.mesh().vertex_id(crossing->vertex)),
-      ""};
-  note.remedy = step.is_static
-                    ? fmt::format(
-                          "Take load steps of {:.2g} or less, or move the obstacle by a smaller "
-                          "offset.",
-                          shorter)
-                    : fmt::format(
-                          "Take a time.step of {:.2g} s or less, in which it moves by half of an "
-                          "element, time.retry = {}, or a slower motion of the obstacle.",
-                          shorter, static_cast<int>(std::ceil(std::log2(moved / element))) + 2);
-  return note;
-}
-
 }  // namespace
-
-std::optional<ObstacleNote> obstacle_note(const MechanicalSystem& system, const State& from,
-                                          double end, const Vector& prescribed,
-                                          const Vector& attempted, bool is_static) {
-  const Contact* contact = system.contact();
-  if (contact == nullptr || !from.position.allFinite() || !prescribed.allFinite()) {
-    return std::nullopt;
-  }
-  const StepBesideObstacles step{system, from, end, is_static};
-  if (contact->undefined_vertex(step.begin_point()) >= 0) return std::nullopt;
-  if (auto note = held_vertex_note(step, prescribed)) return note;
-  if (auto note = fast_obstacle_note(step)) return note;
-  if (is_static || attempted.size() == 0 || !attempted.allFinite()) return std::nullopt;
-  const auto crossing = contact->crossing(step.begin_point(), step.point(attempted, end));
-  if (!crossing) return std::nullopt;
-  const double thickness = contact->thickness(crossing->obstacle);
-  const bool is_body = crossing->obstacle == contact->size();
-  Vector velocity;
-  system.velocity_of(from.momentum, velocity);
-  const double speed =
-      is_body ? fastest(system, from.momentum) : vertex_block(velocity, crossing->vertex).norm();
-  return ObstacleNote{
-      fmt::format("vertex {} would penetrate {} or pass through it",
-                  system.mesh().vertex_id(crossing->vertex), contact->partner(crossing->obstacle)),
-      fmt::format("{} at {:.3g} m/s, and should take ten steps to cross the layer of {:.3g} m: "
-                  "take {}a larger thickness of {}; if the layer gives way under the impact, raise "
-                  "its stiffness.",
-                  is_body ? "Vertices move" : "It moves", speed, thickness,
-                  speed > 0.0
-                      ? fmt::format("a time.step of {:.2g} s or less, or ", 0.1 * thickness / speed)
-                      : "a smaller time.step, or ",
-                  is_body ? "the layer (contact.thickness)" : "the obstacle")};
-}
 
 std::optional<BadForce> bad_force(const MechanicalSystem& system, const ForcePoint& at) {
   Vector force;
@@ -248,6 +60,27 @@ bool leads_out_of_range(const MechanicalSystem& system, const State& from, doubl
   return anywhere(system.part(), leads);
 }
 
+namespace {
+
+// Whether the body touches something at the beginning of the step, or would at its end. The stability limit says
+// nothing of how long a step may be then.
+bool is_in_impact(const RunData& run, double h) {
+  const MechanicalSystem& system = *run.system;
+  const Contact* contact = system.contact();
+  if (contact == nullptr) return false;
+  const State& state = run.state();
+  if (std::isfinite(contact->smallest_gap(system.force_point(state.position, state.time)))) {
+    return true;
+  }
+  Vector end;
+  system.velocity_of(state.momentum, end);
+  end = state.position + h * end;
+  const ForcePoint after = system.force_point(end, state.time + h);
+  return contact->undefined_vertex(after) >= 0 || std::isfinite(contact->smallest_gap(after));
+}
+
+}  // namespace
+
 FailureCause cause_of(const RunData& run, const StepOutcome& outcome, const StepFailure& failure) {
   const MechanicalSystem& system = *run.system;
   const State& state = run.state();
@@ -269,7 +102,12 @@ FailureCause cause_of(const RunData& run, const StepOutcome& outcome, const Step
     is_bad = bad_force(system, end).has_value();
   }
   if (anywhere(part, is_bad)) return FailureCause::kForceTerm;
-  if (strain_of(system, forces) > kAbsurdStrain) return FailureCause::kLoads;
+  // Forces of contact are no loads: they are as large as the motion makes them.
+  Vector loads = forces;
+  if (const Contact* contact = system.contact(); contact != nullptr) {
+    contact->add_gradient(start, loads);
+  }
+  if (strain_of(system, loads) > kAbsurdStrain) return FailureCause::kLoads;
   switch (outcome.obstacle) {
     case StepObstacle::kPrescribedMotion:
       return FailureCause::kPrescribedMotion;
@@ -310,7 +148,8 @@ FailureCause cause_of(const RunData& run, const StepOutcome& outcome, const Step
     return FailureCause::kTolerance;
   }
   if (report.termination == Termination::kIterationLimit) return FailureCause::kIterations;
-  return h > failure.stable_step ? FailureCause::kStepTooLarge : FailureCause::kSolver;
+  return h > failure.stable_step || is_in_impact(run, h) ? FailureCause::kStepTooLarge
+                                                         : FailureCause::kSolver;
 }
 
 std::string remedy_for(const RunData& run, const StepFailure& failure, const StepOutcome& outcome,

@@ -7,6 +7,7 @@
 
 #include "failure_cause.h"
 #include "failure_place.h"
+#include "obstacle_notes.h"
 #include "simulation/stepping/limit_estimates.h"
 #include "tetraction/dynamics/body_sums.h"
 #include "tetraction/fem/step_length.h"

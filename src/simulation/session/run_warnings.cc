@@ -8,7 +8,7 @@
 
 #include "fem/inverted_elements.h"
 #include "simulation/facts/load_facts.h"
-#include "simulation/scene/body_obstacles.h"
+#include "simulation/facts/obstacle_checks.h"
 #include "simulation/stepping/adaptations.h"
 #include "tetraction/core/blas.h"
 #include "tetraction/simulation/warnings.h"
@@ -160,7 +160,9 @@ std::string repeated_constraint_warning(const std::vector<SharedDistance>& share
 }
 
 void warn_of_loads(RunData& run) {
-  add_warning(run.progress, small_obstacle_warning(run.scene, *run.system));
+  for (std::string& warning : obstacle_warnings(run.scene, *run.system)) {
+    add_warning(run.progress, std::move(warning));
+  }
   const auto warn = [&](const ForceSettings& load, double start) {
     if (load.until > start) return;
     run.progress.warnings.push_back(

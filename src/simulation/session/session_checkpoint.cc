@@ -92,12 +92,12 @@ void require_own(const Checkpoint& checkpoint, const RunData& run, const BodyIde
       checkpoint.reactions.delay.size() != dofs ||
       (checkpoint.progress.external_force.size() != 0 &&
        checkpoint.progress.external_force.size() != dofs) ||
-      checkpoint.progress.obstacle_forces.size() != run.progress.obstacle_forces.size() ||
+      checkpoint.progress.obstacle_forces.size() != checkpoint.settings.obstacles.size() ||
       static_cast<Index>(checkpoint.settings.materials.size()) != system.region_count()) {
     throw InputError(fmt::format(
         "The checkpoint is not complete: a vector or the list of materials has not the size that a "
         "body of {} vertices, {} regions and {} obstacles needs.",
-        system.vertex_count(), system.region_count(), run.progress.obstacle_forces.size()));
+        system.vertex_count(), system.region_count(), checkpoint.settings.obstacles.size()));
   }
   // Edits add forces, fixes, constraints and obstacles, and remove none: a run never has fewer than its scene.
   const BodyConstraints& constraints = checkpoint.settings.constraints;

@@ -11,6 +11,7 @@
 
 #include "mesh/shared_error.h"
 #include "run_warnings.h"
+#include "simulation/facts/obstacle_checks.h"
 #include "simulation/scene/body_loads.h"
 #include "simulation/scene/body_obstacles.h"
 #include "simulation/scene/initial_state.h"
@@ -259,10 +260,10 @@ struct Editor {
       undo.keep_entry(all, *edit.index);
       change_obstacle(all[*edit.index], edit.entry, state.time, amplitudes);
     } else {
-      add_obstacle(all, edit.entry, state.time, system);
+      all.push_back(begun_obstacle(edit.entry, state.time, least_modulus(system)));
       undo.remove_last(all);
     }
-    renew_contact("With this change the body");
+    renew_contact("With this change the body", edit.index.value_or(all.size() - 1));
   }
   void operator()(const RemoveObstacle& edit) {
     require_index(settings.obstacles, edit.index, "obstacle");
@@ -272,16 +273,16 @@ struct Editor {
     }
     undo.keep_entry(settings.obstacles, edit.index);
     settings.obstacles[edit.index].removed = true;
-    renew_contact("The body");
+    renew_contact("The body", edit.index);
   }
-  void renew_contact(const std::string& body) {
+  void renew_contact(const std::string& body, std::size_t changed) {
     if (system.contact() == nullptr) {
       throw InputError(
           "Obstacles can be added to a run only if its scene has obstacles or events that add "
           "some.");
     }
-    std::shared_ptr<const Contact> old =
-        system.set_contact(make_contact(settings.obstacles, amplitudes, system, system.contact()));
+    std::shared_ptr<const Contact> old = system.set_contact(make_contact(
+        settings.obstacles, amplitudes, system, system.contact(), std::nullopt, changed));
     undo.add([this_system = &system, old] { this_system->set_contact(old); });
     refuse_penetration(system, state.position, state.time, body);
     renewal.stepper = renewal.limit = true;
@@ -402,6 +403,7 @@ void apply_edit(RunData& run, std::unique_ptr<StepStrategy>& strategy, const Edi
       progress.edits.reserve(2 * progress.edits.size() + 1);
     }
     done.energy_jump = run.balance->enter_edit(new_state);
+    if (system.contact() != nullptr) progress.obstacle_forces.resize(system.contact()->size());
   } catch (...) {
     if (old_constraints) system.set_constraints(std::move(*old_constraints));
     undo.undo();

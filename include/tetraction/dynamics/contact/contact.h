@@ -25,8 +25,8 @@ class FrictionStep;
 /// over vertices of the surface and obstacles, with the distance d, the barrier U_b (contact/barrier.h) and the
 /// area w_v of the vertex: a third of the rest areas of the faces around it. A uniform pressure on a flat face of
 /// linear tetrahedra is then −U_b′ exactly. In faces of quadratic tetrahedra the middles of the edges have the areas,
-/// because the consistent weights of the corners are zero; the corners have a small share, which keeps them
-/// out.
+/// because the consistent weights of the corners are zero. The corners have a twelfth of the face, but feel the inner
+/// half of the layer only, which keeps them out.
 ///
 /// Of bodies with each other, and with themselves, it is the potential of SelfContact
 /// (src/dynamics/contact/self_contact.h).
@@ -35,7 +35,7 @@ class FrictionStep;
 /// (`energy-momentum`, and `midpoint`, for contact only) take a discrete gradient, so that U(q_{k+1}) is
 /// part of the balance and cannot be jumped over.
 ///
-/// The energy of the body contains U. Moving obstacles do work, driven_work(), which counts as
+/// The energy of the body contains U. Moving obstacles do work, driven_work() or work_of_motion(), which counts as
 /// work of constraints. Friction is a FrictionStep (src/dynamics/contact/friction/friction_step.h).
 class Contact : public ForceTerm {
  public:
@@ -77,6 +77,7 @@ class Contact : public ForceTerm {
   double energy(const ForcePoint& at) const override;
   void add_gradient(const ForcePoint& at, Vector& gradient) const override;
   void add_hessian(const ForcePoint& at, HessianForm form, HessianBlocks& hessian) const override;
+  /// The work, J, of moving obstacles whose forces are those of add_discrete_gradient().
   double driven_work(const ForcePoint& from, const ForcePoint& to) const override;
   void add_discrete_gradient(const ForcePoint& from, const ForcePoint& to,
                              Vector& gradient) const override;
@@ -114,13 +115,25 @@ class Contact : public ForceTerm {
   double round_off(const ForcePoint& at) const;
   /// The smallest distance between body and obstacles that is below a layer's thickness, m; infinite without one.
   double smallest_gap(const ForcePoint& at) const;
+  /// The same of one obstacle.
+  double smallest_gap(const ForcePoint& at, std::size_t i) const;
   /// Fields on all vertices: the pressure, Pa, and the distance to the nearest obstacle, m (infinite where no obstacle
-  /// is near).
+  /// is near). The pressure in corners of quadratic faces is that of the layer at their distance.
   void fields(const ForcePoint& at, Vector& pressure, Vector& gap) const;
   /// The force of each obstacle at an instant, without friction.
   std::vector<ObstacleForce> forces(const ForcePoint& at) const;
   /// The same as the means of a step, from the discrete gradient.
   std::vector<ObstacleForce> mean_forces(const ForcePoint& from, const ForcePoint& to) const;
+  /// The work, J, of obstacles that act on the body with the forces F and moments M about the origin at an instant t of
+  /// a step, for the time dt. An obstacle turns about b(t) = c + A(t) v + offset, and moves by ΔA of its path A in the step of
+  /// the length h:
+  ///
+  ///     Σ ΔA dt/h [F·v + (M − b × F)·ω]
+  ///
+  /// Rules that take forces at instants do this work: the energy error of a step is then the same for every observer in
+  /// uniform motion, and an obstacle that moves along its own surface does none.
+  double work_of_motion(const std::vector<ObstacleForce>& forces, double time, const TimeSpan& step,
+                        double dt) const;
   /// A vertex that penetrates an obstacle or another body.
   struct Penetration {
     std::size_t obstacle;  ///< or size(): see partner()

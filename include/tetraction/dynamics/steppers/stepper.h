@@ -130,13 +130,8 @@ class Stepper {
   /// The work of loads that have a potential, and that of stored potentials which depend on the
   /// time, on the body between two states, J.
   double driven_work(const State& from, const State& to) const;
-  /// The same of moving obstacles without friction.
-  double obstacle_work(const State& from, const State& to) const;
   /// Enters that a step led a vertex to a point where the potential of a term is not defined.
   StepOutcome& undefined(StepOutcome& outcome, const ForceTerm& term, Index vertex) const;
-  /// Enters the impulses of obstacles that act with these forces for the time dt.
-  static void add_obstacle_impulses(const std::vector<ObstacleForce>& forces, double dt,
-                                    StepOutcome& outcome);
 
   const MechanicalSystem& system_;
   Reactions reactions_;

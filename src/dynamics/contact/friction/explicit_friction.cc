@@ -67,15 +67,16 @@ Contact::ImpactForecast Contact::impact_forecast(const ForcePoint& at, const Vec
         largest = std::max(largest, vertex_block(each, i).squaredNorm());
       }
     }
-    const Barrier layer{unit.obstacle.thickness, unit.obstacle.stiffness};
-    largest = std::max(kFaster * std::sqrt(largest), kWay * layer.thickness / horizon);
-    const double near = kNear * layer.thickness;
+    const double thickness = unit.obstacle.thickness;
+    largest = std::max(kFaster * std::sqrt(largest), kWay * thickness / horizon);
+    const double near = kNear * thickness;
     found.clear();
     unit.law->approaching(x, velocity, near + horizon * largest, found);
     for (const Approach& each : found) {
       const double way = std::max(0.0, each.distance - near);
       forecast.valid_for = std::min(forecast.valid_for, way / largest);
       const double speed = std::max(0.0, each.speed);
+      const Barrier layer{each.reach * thickness, unit.obstacle.stiffness};
       const double mass = at.mass[unit.surface.vertices[static_cast<std::size_t>(each.vertex)]];
       if (each.distance >= layer.thickness + 2.0 * step * speed) continue;
       forecast.valid_for = 0.0;
@@ -212,8 +213,11 @@ void ExplicitContact::enter(const State& from, const State& to, double dt, bool 
   if (contact == nullptr) return;
   outcome.step_size = to.time - from.time;
   const auto add = [&](const State& state) {
-    enter_obstacle_impulses(contact->forces(system_.force_point(state.position, state.time)), dt,
-                            outcome);
+    const std::vector<ObstacleForce> forces =
+        contact->forces(system_.force_point(state.position, state.time));
+    enter_obstacle_impulses(forces, dt, outcome);
+    outcome.constraint_work +=
+        contact->work_of_motion(forces, state.time, {from.time, to.time}, dt);
   };
   add(from);
   if (twice) add(to);

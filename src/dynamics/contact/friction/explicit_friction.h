@@ -63,7 +63,7 @@ class ExplicitContact {
   /// The same after the first kick, with the drift to the end of the step.
   void rub_and_drift(const State& from, State& to, double dt, const TimeSpan& span,
                      StepOutcome& outcome);
-  /// Enters the impulses of obstacles and the heat of the first friction. The momenta of `to` are those of the
+  /// Enters the impulses of obstacles, the work of their motion, and the heat of the first friction. The momenta of `to` are those of the
   /// drift. With `twice` there is a second kick at the end.
   void enter(const State& from, const State& to, double dt, bool twice, StepOutcome& outcome);
   /// Enters the heat of the second friction, if there is one. The momenta of `to` are final.

@@ -110,7 +110,7 @@ double MeshContact::energy(const Vector& x) const {
         for (Index k = begin; k < end; ++k) {
           const Index i = now.near.vertices[slot(k)];
           sum += surface_.areas[slot(i)] *
-                 point.energy(now.near.triangles_of(slot(k)), vertex_block(x, i));
+                 point.with(layer(i)).energy(now.near.triangles_of(slot(k)), vertex_block(x, i));
         }
         return sum;
       });
@@ -119,33 +119,33 @@ double MeshContact::energy(const Vector& x) const {
 
 void MeshContact::add_gradient(const Vector& x, Vector& gradient) const {
   const Way& now = state(x);
-  parallel_for(static_cast<Index>(now.near.vertices.size()), kPairGrain,
-               [&](Index begin, Index end) {
-                 PointOnMesh point(mesh_, barrier_);
-                 for (Index k = begin; k < end; ++k) {
-                   const Index i = now.near.vertices[slot(k)];
-                   vertex_block(gradient, i) +=
-                       surface_.areas[slot(i)] *
-                       point.gradient(now.near.triangles_of(slot(k)), vertex_block(x, i));
-                 }
-               });
+  parallel_for(
+      static_cast<Index>(now.near.vertices.size()), kPairGrain, [&](Index begin, Index end) {
+        PointOnMesh point(mesh_, barrier_);
+        for (Index k = begin; k < end; ++k) {
+          const Index i = now.near.vertices[slot(k)];
+          vertex_block(gradient, i) +=
+              surface_.areas[slot(i)] *
+              point.with(layer(i)).gradient(now.near.triangles_of(slot(k)), vertex_block(x, i));
+        }
+      });
   add_gradient_of(now.pairs, barrier_, x, gradient);
 }
 
 void MeshContact::add_discrete_gradient(const Vector& from, const Vector& to,
                                         Vector& gradient) const {
   const Way& now = way(from, to);
-  parallel_for(static_cast<Index>(now.near.vertices.size()), kPairGrain,
-               [&](Index begin, Index end) {
-                 PointOnMesh point(mesh_, barrier_);
-                 for (Index k = begin; k < end; ++k) {
-                   const Index i = now.near.vertices[slot(k)];
-                   vertex_block(gradient, i) +=
-                       surface_.areas[slot(i)] * point.mean_gradient(now.near.triangles_of(slot(k)),
-                                                                     vertex_block(from, i),
-                                                                     vertex_block(to, i));
-                 }
-               });
+  parallel_for(
+      static_cast<Index>(now.near.vertices.size()), kPairGrain, [&](Index begin, Index end) {
+        PointOnMesh point(mesh_, barrier_);
+        for (Index k = begin; k < end; ++k) {
+          const Index i = now.near.vertices[slot(k)];
+          vertex_block(gradient, i) +=
+              surface_.areas[slot(i)] *
+              point.with(layer(i)).mean_gradient(now.near.triangles_of(slot(k)),
+                                                 vertex_block(from, i), vertex_block(to, i));
+        }
+      });
   add_mean_gradient_of(now.pairs, barrier_, from, to, gradient);
 }
 
@@ -158,7 +158,8 @@ void MeshContact::add_vertex_blocks(const Way& way, bool convex, const Hessian& 
     PointOnMesh point(mesh_, barrier_);
     for (Index k = begin; k < end; ++k) {
       const Index i = way.near.vertices[slot(k)];
-      own[slot(k)] = surface_.areas[slot(i)] * hessian(way.near.triangles_of(slot(k)), i, point);
+      own[slot(k)] = surface_.areas[slot(i)] *
+                     hessian(way.near.triangles_of(slot(k)), i, point.with(layer(i)));
     }
   });
   for (std::size_t k = 0; k < own.size(); ++k) {
@@ -215,11 +216,11 @@ void MeshContact::vertex_gaps(const Vector& x, Vector& gaps) const {
 void MeshContact::approaching(const Vector& x, const Vector& v, double reach,
                               std::vector<Approach>& found) const {
   const MeshCandidates near = find_candidates(mesh_, surface_, x, x, reach, MeshFeatures::kSharp);
-  const auto add = [&](Index i, double weight, const PairDistance& distance) {
+  const auto add = [&](Index i, double weight, const PairDistance& distance, double own = 1.0) {
     const double d = std::sqrt(distance.squared);
     if (d > reach) return;
     const double closing = -distance.difference.dot(vertex_block(v, i));
-    found.push_back({i, weight, d, d > 0.0 ? closing / d : 0.0});
+    found.push_back({i, weight, d, d > 0.0 ? closing / d : 0.0, own});
   };
   PairPoints points = PairPoints::Zero();
   for (std::size_t k = 0; k < near.vertices.size(); ++k) {
@@ -229,7 +230,8 @@ void MeshContact::approaching(const Vector& x, const Vector& v, double reach,
       for (Index c = 0; c < 3; ++c) {
         points.col(c + 1) = mesh_.points()[slot(mesh_.triangles()[slot(t)][slot(c)])];
       }
-      add(i, surface_.areas[slot(i)], pair_distance(PairKind::kPointTriangle, points));
+      add(i, surface_.areas[slot(i)], pair_distance(PairKind::kPointTriangle, points),
+          surface_.reach(i));
     }
   }
   const auto add_moving = [&](const MovingPair& moving) {

@@ -62,6 +62,8 @@ class MeshContact final : public ObstacleContact {
     Index penetrating = -1;
   };
 
+  // As vertex i feels it.
+  Barrier layer(Index i) const { return surface_.layer(i, barrier_); }
   MovingPair vertex_face(Index vertex, Index triangle) const;
   MovingPair edge_edge(Index edge, Index other) const;
   // Of single positions: from == to.

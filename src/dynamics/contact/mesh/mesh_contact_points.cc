@@ -109,7 +109,7 @@ void MeshContact::contact_points(const Vector& x, std::vector<ContactPoint>& poi
   for (std::size_t k = 0; k < now.near.vertices.size(); ++k) {
     const Index i = now.near.vertices[k];
     forces.clear();
-    point.forces(now.near.triangles_of(k), vertex_block(x, i), forces);
+    point.with(layer(i)).forces(now.near.triangles_of(k), vertex_block(x, i), forces);
     add_vertex_places(i, surface_.areas[static_cast<std::size_t>(i)], forces, places);
   }
   for (const MovingPair& moving : now.pairs) {
@@ -137,7 +137,8 @@ void MeshContact::mean_contact_points(const Vector& from, const Vector& to,
   for (std::size_t k = 0; k < now.near.vertices.size(); ++k) {
     const Index i = now.near.vertices[k];
     forces.clear();
-    point.mean_forces(now.near.triangles_of(k), vertex_block(from, i), vertex_block(to, i), forces);
+    point.with(layer(i)).mean_forces(now.near.triangles_of(k), vertex_block(from, i),
+                                     vertex_block(to, i), forces);
     add_vertex_places(i, surface_.areas[static_cast<std::size_t>(i)], forces, places);
   }
   for (const MovingPair& moving : now.pairs) {

@@ -28,6 +28,12 @@ class PointOnMesh {
  public:
   PointOnMesh(const TriangleMesh& mesh, const Barrier& barrier) : mesh_(mesh), barrier_(barrier) {}
 
+  /// From now on the layer is this one.
+  PointOnMesh& with(const Barrier& barrier) {
+    barrier_ = barrier;
+    return *this;
+  }
+
   /// The distance from the nearest of the triangles; infinite if there is none.
   double distance(std::span<const Index> triangles, const Vector3& x) const;
   double energy(std::span<const Index> triangles, const Vector3& x);
@@ -66,7 +72,7 @@ class PointOnMesh {
                      const Function& function);
 
   const TriangleMesh& mesh_;
-  const Barrier& barrier_;
+  Barrier barrier_;
   std::vector<Index> edges_;     // of the triangles, with a coefficient
   std::vector<Index> vertices_;  // the same, as features
   std::vector<Share> shares_;
