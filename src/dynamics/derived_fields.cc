@@ -67,6 +67,23 @@ void for_mean(const MechanicalSystem& system, Index e, const Vector& q, const Bo
   }
 }
 
+// √(3/2 s:s) of the deviator s of a stress with six components.
+inline double von_mises_of(const double* s) {
+  const double xy = s[0] - s[1];
+  const double yz = s[1] - s[2];
+  const double zx = s[2] - s[0];
+  return std::sqrt(0.5 * (xy * xy + yz * yz + zx * zx) +
+                   3.0 * (s[3] * s[3] + s[4] * s[4] + s[5] * s[5]));
+}
+
+// The stresses of the elements with the tensions that nodal volumes add to them.
+Matrix with_nodal_tensions(const MechanicalSystem& system, const Vector& q, Matrix stresses) {
+  if (const NodalVolume* volume = system.nodal_volume(); volume != nullptr) {
+    stresses.topRows<3>().rowwise() += volume->mean_tensions(q).transpose();
+  }
+  return stresses;
+}
+
 }  // namespace
 
 Vector6 six_components(const Matrix3& s) {
@@ -106,18 +123,13 @@ double von_mises(const Matrix3& stress) {
 }
 
 double von_mises(const Vector6& s) {
-  const Eigen::Array3d differences(s[0] - s[1], s[1] - s[2], s[2] - s[0]);
-  return std::sqrt(0.5 * differences.square().sum() + 3.0 * s.tail<3>().squaredNorm());
+  return von_mises_of(s.data());
 }
 
 Matrix cauchy_stresses(const MechanicalSystem& system, const Vector& q) {
   const RestState& rest = system.rest();
   if (!rest.is_quadratic()) {
-    Matrix stresses = BlockAccess::cauchy_stresses(system.elastic(), q);
-    if (const NodalVolume* volume = system.nodal_volume(); volume != nullptr) {
-      stresses.topRows<3>().rowwise() += volume->mean_tensions(q).transpose();
-    }
-    return stresses;
+    return with_nodal_tensions(system, q, BlockAccess::cauchy_stresses(system.elastic(), q));
   }
   Matrix stresses(6, rest.element_count());
   parallel_for(stresses.cols(), 512, [&](Index begin, Index end) {
@@ -131,7 +143,7 @@ Matrix cauchy_stresses(const MechanicalSystem& system, const Vector& q) {
 Matrix von_mises_stresses(const Matrix& cauchy_stress) {
   Matrix values(1, cauchy_stress.cols());
   parallel_for(values.cols(), 4096, [&](Index begin, Index end) {
-    for (Index i = begin; i < end; ++i) values(0, i) = von_mises(Vector6(cauchy_stress.col(i)));
+    for (Index i = begin; i < end; ++i) values(0, i) = von_mises_of(cauchy_stress.col(i).data());
   });
   return values;
 }
@@ -169,11 +181,9 @@ Matrix energy_densities(const MechanicalSystem& system, const Vector& q) {
 
 ElementFields element_fields(const MechanicalSystem& system, const Vector& q) {
   ElementFields fields;
-  fields.cauchy_stress = cauchy_stresses(system, q);
-  fields.green_strain = green_strains(system, q);
+  stresses_and_energies(system, q, fields.cauchy_stress, fields.energy_density);
+  strains_and_ratios(system, q, fields.green_strain, fields.jacobian);
   fields.von_mises = von_mises_stresses(fields.cauchy_stress);
-  fields.jacobian = volume_ratios(system, q).transpose();
-  fields.energy_density = energy_densities(system, q);
   return fields;
 }
 
@@ -184,6 +194,32 @@ Vector volume_ratios(const MechanicalSystem& system, const Vector& q) {
     for (Index e = begin; e < end; ++e) values[e] = volume_ratio(system, e, q);
   });
   return values;
+}
+
+void stresses_and_energies(const MechanicalSystem& system, const Vector& q, Matrix& cauchy_stress,
+                           Matrix& energy_density) {
+  if (system.rest().is_quadratic()) {
+    cauchy_stress = cauchy_stresses(system, q);
+    energy_density = energy_densities(system, q);
+    return;
+  }
+  Vector energies;
+  cauchy_stress =
+      with_nodal_tensions(system, q, BlockAccess::cauchy_stresses(system.elastic(), q, &energies));
+  if (system.nodal_volume() != nullptr) system.nodal_volume()->add_energy_densities(q, energies);
+  energy_density = energies.transpose();
+}
+
+void strains_and_ratios(const MechanicalSystem& system, const Vector& q, Matrix& green_strain,
+                        Matrix& jacobian) {
+  if (system.rest().is_quadratic()) {
+    green_strain = green_strains(system, q);
+    jacobian = volume_ratios(system, q).transpose();
+    return;
+  }
+  Vector ratios;
+  green_strain = green_strains(system.elastic(), q, &ratios);
+  jacobian = ratios.transpose();
 }
 
 Matrix first_piola_stress(const MechanicalSystem& system, const Vector& q) {

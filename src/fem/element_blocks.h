@@ -306,8 +306,10 @@ struct BlockAccess {
   static EvaluationStatus add_hessian(const ElasticPotential& elastic, const Positions& q,
                                       const double* tensions, const SparsityPattern& pattern,
                                       double* values);
-  /// σ at every quadrature point, Pa (6 × points, in the order XX YY ZZ XY YZ XZ); W must be defined at q.
-  static Matrix cauchy_stresses(const ElasticPotential& elastic, const Vector& q);
+  /// σ at every quadrature point, Pa (6 × points, in the order XX YY ZZ XY YZ XZ); W must be defined at q. Unless
+  /// `energies` is null, it becomes what ElasticPotential::energy_densities() sets, bit for bit.
+  static Matrix cauchy_stresses(const ElasticPotential& elastic, const Vector& q,
+                                Vector* energies = nullptr);
   /// The energy of a block at the positions where W was evaluated last, J.
   static double energy(const ElasticPotential& elastic, Index block);
   /// The blocks by colour. No two blocks of a colour share a free coordinate of the pattern.

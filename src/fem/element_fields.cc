@@ -88,13 +88,19 @@ Matrix3 deformation_gradient(const RestState& rest, const Positions& x, Index i)
   return rest.gather_relative(x, i).rightCols<3>() * rest.point_edges(i).inverse();
 }
 
-Matrix BlockAccess::cauchy_stresses(const ElasticPotential& elastic, const Vector& q) {
+Matrix BlockAccess::cauchy_stresses(const ElasticPotential& elastic, const Vector& q,
+                                    Vector* energies) {
   Matrix stresses(6, elastic.rest().point_count());
+  if (energies != nullptr) energies->setZero(stresses.cols());
   for_each_value(
       *elastic.impl_, q, MaterialOrder::kStress,
-      [&](Index i, const PointValues& values) { stresses.col(i) = values.tail<6>(); },
+      [&](Index i, const PointValues& values) {
+        stresses.col(i) = values.tail<6>();
+        if (energies != nullptr) (*energies)[i] = values[0];
+      },
       [&](Index i, const Matrix3& f, const auto& m) {
         stresses.col(i) = symmetric_components(m.first_piola(f) * f.transpose() / f.determinant());
+        if (energies != nullptr && m.admissible(f)) (*energies)[i] = m.energy_density(f);
       });
   return stresses;
 }
@@ -109,10 +115,13 @@ void ElasticPotential::energy_densities(const Vector& q, Vector& densities) cons
       });
 }
 
-Matrix green_strains(const ElasticPotential& elastic, const Vector& q) {
+Matrix green_strains(const ElasticPotential& elastic, const Vector& q, Vector* ratios) {
   Matrix strains(6, elastic.rest().point_count());
-  for_each_deformation(
-      elastic, q, [&](Index i, const PointValues& values) { strains.col(i) = values.tail<6>(); });
+  if (ratios != nullptr) ratios->resize(strains.cols());
+  for_each_deformation(elastic, q, [&](Index i, const PointValues& values) {
+    strains.col(i) = values.tail<6>();
+    if (ratios != nullptr) (*ratios)[i] = values[0];
+  });
   return strains;
 }
 

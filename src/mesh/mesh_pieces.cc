@@ -4,6 +4,7 @@
 #include <array>
 
 #include "core/disjoint_sets.h"
+#include "face_groups.h"
 
 namespace tetraction {
 namespace {
@@ -11,26 +12,9 @@ namespace {
 // For each tetrahedron the number of its piece, and the number of pieces.
 std::vector<Index> numbers_of_pieces(const TetMesh& mesh, Index& count) {
   DisjointSets pieces(mesh.tetrahedron_count());
-  struct Face {
-    std::array<Index, 3> vertices;  // sorted
-    Index tetrahedron;
-    bool operator<(const Face& other) const { return vertices < other.vertices; }
-  };
-  std::vector<Face> faces;
-  faces.reserve(4 * mesh.tetrahedra.size());
-  for (Index e = 0; e < mesh.tetrahedron_count(); ++e) {
-    std::array<Index, 4> t = mesh.tetrahedra[static_cast<std::size_t>(e)];
-    std::sort(t.begin(), t.end());
-    for (const auto& face : {std::array{t[0], t[1], t[2]}, std::array{t[0], t[1], t[3]},
-                             std::array{t[0], t[2], t[3]}, std::array{t[1], t[2], t[3]}}) {
-      faces.push_back({face, e});
-    }
-  }
-  std::sort(faces.begin(), faces.end());
-  for (std::size_t i = 1; i < faces.size(); ++i) {
-    if (faces[i].vertices != faces[i - 1].vertices) continue;
-    pieces.join(faces[i].tetrahedron, faces[i - 1].tetrahedron);
-  }
+  for_each_face_group(mesh, 0, mesh.vertex_count(), [&](std::span<const Index> group) {
+    for (std::size_t i = 1; i < group.size(); ++i) pieces.join(group[i] / 4, group[i - 1] / 4);
+  });
   return pieces.numbers(count);
 }
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <map>
 
+#include "face_groups.h"
 #include "quadratic_rules.h"
 
 namespace tetraction {
@@ -35,40 +36,20 @@ double TetMesh::total_volume() const {
 
 std::vector<std::array<Index, 3>> boundary_faces(const TetMesh& mesh) {
   if (mesh.part) return mesh.part->boundary_faces;
-  // The faces of a tetrahedron with positive volume, with outward normals.
-  constexpr std::array<std::array<std::size_t, 3>, 4> kFaces{
-      {{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}}};
-  struct Face {
-    std::array<Index, 3> key;
-    std::array<Index, 3> face;
-  };
-  // Faces are compared by ranges of their smallest vertex: all of them together would need five times the
+  // Faces are compared by ranges of their smallest vertex: all of them together would need three times the
   // memory of the mesh.
   constexpr Index kTogether = 1 << 17;  // tetrahedra
   const Index passes = std::clamp<Index>(mesh.tetrahedron_count() / kTogether, 1, 16);
-  std::vector<Face> faces;
   std::vector<std::array<Index, 3>> boundary;
   for (Index pass = 0; pass < passes; ++pass) {
     const Index low = mesh.vertex_count() * pass / passes;
     const Index high = mesh.vertex_count() * (pass + 1) / passes;
-    faces.clear();
-    for (const auto t : mesh.tetrahedra) {
-      for (const auto& f : kFaces) {
-        const std::array<Index, 3> face{t[f[0]], t[f[1]], t[f[2]]};
-        const Index least = std::min({face[0], face[1], face[2]});
-        if (least < low || least >= high) continue;
-        faces.push_back({face, face});
-        std::sort(faces.back().key.begin(), faces.back().key.end());
-      }
-    }
-    std::sort(faces.begin(), faces.end(),
-              [](const Face& a, const Face& b) { return a.key < b.key; });
-    for (std::size_t i = 0; i < faces.size();) {
-      std::size_t next = i + 1;
-      while (next < faces.size() && faces[next].key == faces[i].key) ++next;
-      if (next == i + 1) boundary.push_back(faces[i].face);
-      i = next;
-    }
+    for_each_face_group(mesh, low, high, [&](std::span<const Index> group) {
+      if (group.size() != 1) return;
+      const std::array<Index, 4> t = mesh.tetrahedra[static_cast<std::size_t>(group[0] / 4)];
+      const auto& corners = kFaceCorners[static_cast<std::size_t>(group[0] % 4)];
+      boundary.push_back({t[corners[0]], t[corners[1]], t[corners[2]]});
+    });
   }
   return boundary;
 }

@@ -3,8 +3,11 @@
 #include <sys/resource.h>
 #include <sys/wait.h>
 
+#include <array>
 #include <csignal>
+#include <cstdint>
 #include <cstdlib>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
@@ -88,6 +91,25 @@ TEST_F(FrameWriterTest, FilesNameComponentsTimeAndCompression) {
                            "Name=\"element_id\"", "type=\"Int32\" Name=\"fixed\""}) {
     EXPECT_NE(text.find(part), std::string::npos) << part;
   }
+}
+
+// VTK's usual blocks of 32 KiB would leave a page of the system's cache of files half filled after each of them.
+TEST_F(FrameWriterTest, ArraysAreCompressedInBlocksOfOneMebibyte) {
+  mesh_ = generate_box({1, 1, 1}, {20, 20, 20});
+  FrameWriter writer(mesh_, folder_.string());
+  writer.write(frame(0, 0.0));
+  const std::string text = contents(folder_ / "frames/frame_000000.vtu");
+  // The numbers before the blocks of an array: how many blocks, their length, and that of the last one.
+  const std::size_t begin = text.find('_', text.find("<AppendedData")) + 1;
+  const std::size_t name = text.find("Name=\"cauchy_stress\"");
+  const std::size_t offset = std::stoull(attribute(text.substr(name), "offset", 0));
+  std::array<std::uint64_t, 3> head{};
+  ASSERT_LE(begin + offset + sizeof(head), text.size());
+  std::memcpy(head.data(), text.data() + begin + offset, sizeof(head));
+  const std::size_t bytes = sizeof(double) * 6 * mesh_.tetrahedra.size();
+  EXPECT_EQ(head[0], 3u);
+  EXPECT_EQ(head[1], 1u << 20);
+  EXPECT_EQ(head[2], bytes - (2u << 20));
 }
 
 TEST_F(FrameWriterTest, CollectionListsEveryFrameAfterEveryWrite) {

@@ -156,6 +156,7 @@ TEST_P(ElasticPotentialOf, ResultsAreBitwiseTheSameForAnyNumberOfThreads) {
     Vector gradient;
     Vector product;
     std::vector<double> hessian;
+    DerivativeErrors errors;
   };
   std::vector<Result> results;
   for (const int threads : {1, 2, 4, 2}) {
@@ -165,6 +166,7 @@ TEST_P(ElasticPotentialOf, ResultsAreBitwiseTheSameForAnyNumberOfThreads) {
     ASSERT_TRUE(potential.value_and_gradient(q, r.energy, r.gradient).ok());
     ASSERT_TRUE(potential.add_hessian(q, pattern, r.hessian.data()).ok());
     potential.product(q, r.gradient, r.product);
+    r.errors = check_derivatives(potential, q);
     results.push_back(std::move(r));
   }
   set_thread_count(0);
@@ -173,6 +175,9 @@ TEST_P(ElasticPotentialOf, ResultsAreBitwiseTheSameForAnyNumberOfThreads) {
     EXPECT_EQ(r.gradient, results[0].gradient);
     EXPECT_EQ(r.product, results[0].product);
     EXPECT_EQ(r.hessian, results[0].hessian);
+    EXPECT_EQ(r.errors.force, results[0].errors.force);
+    EXPECT_EQ(r.errors.stiffness, results[0].errors.stiffness);
+    EXPECT_EQ(r.errors.force_norm, results[0].errors.force_norm);
   }
 }
 

@@ -1,8 +1,11 @@
 #include "tetraction/mesh/tet_mesh.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
+#include <map>
+#include <vector>
 
 #include "support/bodies.h"
 #include "support/messages.h"
@@ -120,6 +123,33 @@ TEST(BoundaryFaces, CloseTheBodyAndPointOutward) {
     flux += 0.5 * jacobian(corners);
   }
   EXPECT_NEAR(flux, 3.0 * mesh.total_volume(), 1e-12);
+}
+
+// A face of the boundary belongs to one tetrahedron. They come in the order of their sorted vertices, also if a mesh
+// has more tetrahedra than are compared together.
+TEST(BoundaryFaces, AreThoseOfOneTetrahedronInTheOrderOfTheirVertices) {
+  for (const Index cells : {3, 36}) {
+    const TetMesh mesh = generate_box({1, 1, 1}, {cells, cells, cells});
+    std::map<std::array<Index, 3>, int> counts;
+    for (const auto t : mesh.tetrahedra) {
+      for (std::size_t left_out = 0; left_out < 4; ++left_out) {
+        std::array<Index, 3> face{};
+        for (std::size_t a = 0, k = 0; a < 4; ++a) {
+          if (a != left_out) face[k++] = t[a];
+        }
+        std::sort(face.begin(), face.end());
+        ++counts[face];
+      }
+    }
+    std::vector<std::array<Index, 3>> expected;
+    for (const auto& [face, count] : counts) {
+      if (count == 1) expected.push_back(face);
+    }
+    std::vector<std::array<Index, 3>> found = boundary_faces(mesh);
+    for (auto& face : found) std::sort(face.begin(), face.end());
+    EXPECT_EQ(found, expected);
+    EXPECT_EQ(static_cast<Index>(found.size()), 12 * cells * cells);
+  }
 }
 
 // Each tetrahedron becomes eight with the same orientation that fill it.

@@ -44,6 +44,12 @@ Matrix green_strains(const MechanicalSystem& system, const Vector& q);
 Matrix energy_densities(const MechanicalSystem& system, const Vector& q);
 Vector volume_ratios(const MechanicalSystem& system, const Vector& q);
 
+/// Compute two of the fields in one loop over the elements, with the same bits.
+void stresses_and_energies(const MechanicalSystem& system, const Vector& q, Matrix& cauchy_stress,
+                           Matrix& energy_density);
+void strains_and_ratios(const MechanicalSystem& system, const Vector& q, Matrix& green_strain,
+                        Matrix& jacobian);
+
 /// The first Piola–Kirchhoff stress P of all elements, Pa, with the nine rows XX XY XZ YX YY YZ ZX ZY
 /// ZZ (force along the first, on an area of the rest shape that is normal to the second). W must be
 /// defined at q.

@@ -143,7 +143,8 @@ int check(const std::string& path, const std::vector<std::string>& overrides, bo
   const SceneFacts facts = scene_facts(scene, *system, constraints, state.position);
 
   nlohmann::ordered_json json;
-  json["mesh"] = mesh_json(mesh, unused);
+  const std::vector<QualityMeasure> quality = mesh_quality(mesh);
+  json["mesh"] = mesh_json(mesh, unused, quality);
   json["mass"] = system->total_mass();
   json["free_degrees_of_freedom"] = system->coordinates().count();
   json["multipliers"] = system->constraints().equation_count();
@@ -191,10 +192,12 @@ int check(const std::string& path, const std::vector<std::string>& overrides, bo
                                    {"ok", good}});
   };
   const std::vector<MaterialField> materials = materials_to_check(system->materials());
+  ElasticPotential potential(system->rest(), materials.front());
   for (std::size_t i = 0; i < materials.size(); ++i) {
-    const ElasticPotential potential(system->rest(), materials[i]);
+    potential.set_material(0, materials[i]);
     const std::string name = material_name(materials[i].model());
-    if (!potential.admissible(state.position).ok()) {
+    double energy = 0.0;
+    if (!potential.value(state.position, energy).ok()) {
       json["derivatives"].push_back({{"material", name}, {"defined", false}});
       continue;
     }
@@ -215,7 +218,7 @@ int check(const std::string& path, const std::vector<std::string>& overrides, bo
                       "\n");
   } else {
     print_result("{}: the scene is valid\n\n", path);
-    print_mesh_table(mesh, unused);
+    print_mesh_table(mesh, unused, quality);
     write_result("\n");
     for (const auto& material : json["materials"]) {
       print_result(

@@ -95,13 +95,14 @@ void add_info(CLI::App& parent) {
   command->callback([file, json] {
     std::vector<std::string> unused;
     const TetMesh mesh = read_mesh(*file, 1.0, unused);
+    const std::vector<QualityMeasure> quality = mesh_quality(mesh);
     if (*json) {
       // Names of files and groups need not be UTF-8, which JSON must be.
-      write_json_result(mesh_json(mesh, unused)
+      write_json_result(mesh_json(mesh, unused, quality)
                             .dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) +
                         "\n");
     } else {
-      print_mesh_table(mesh, unused);
+      print_mesh_table(mesh, unused, quality);
     }
   });
 }

@@ -12,7 +12,6 @@
 #include "cli/scene_source.h"
 #include "core/quoting.h"
 #include "mesh/bounding_box.h"
-#include "tetraction/io/mesh_quality.h"
 #include "tetraction/mesh/mesh_checks.h"
 
 namespace tetraction {
@@ -92,7 +91,8 @@ std::string size_text(const TetMesh& mesh) {
                      mesh.total_volume());
 }
 
-nlohmann::ordered_json mesh_json(const TetMesh& mesh, const std::vector<std::string>& unused) {
+nlohmann::ordered_json mesh_json(const TetMesh& mesh, const std::vector<std::string>& unused,
+                                 const std::vector<QualityMeasure>& quality) {
   const BoundingBox box = bounding_box(mesh);
   nlohmann::ordered_json json;
   json["source"] = mesh.source;
@@ -126,7 +126,7 @@ nlohmann::ordered_json mesh_json(const TetMesh& mesh, const std::vector<std::str
   json["point_arrays"] = arrays_json(mesh.point_arrays);
   json["cell_arrays"] = arrays_json(mesh.cell_arrays);
   json["quality"] = nlohmann::ordered_json::array();
-  for (const QualityMeasure& measure : mesh_quality(mesh)) {
+  for (const QualityMeasure& measure : quality) {
     json["quality"].push_back({{"measure", measure.name},
                                {"ideal", measure.ideal},
                                {"min", measure.min},
@@ -138,7 +138,8 @@ nlohmann::ordered_json mesh_json(const TetMesh& mesh, const std::vector<std::str
   return json;
 }
 
-void print_mesh_table(const TetMesh& mesh, const std::vector<std::string>& unused) {
+void print_mesh_table(const TetMesh& mesh, const std::vector<std::string>& unused,
+                      const std::vector<QualityMeasure>& quality) {
   const BoundingBox box = bounding_box(mesh);
   print_result("mesh: {}\n  {}\n", mesh.source, size_text(mesh));
   print_result("  bounding box [{:.6g}, {:.6g}] x [{:.6g}, {:.6g}] x [{:.6g}, {:.6g}] m\n",
@@ -158,14 +159,13 @@ void print_mesh_table(const TetMesh& mesh, const std::vector<std::string>& unuse
   }
   print_arrays(mesh.point_arrays, "point array", "a vertex");
   print_arrays(mesh.cell_arrays, "cell array", "a tetrahedron");
-  const std::vector<QualityMeasure> measures = mesh_quality(mesh);
   print_result("  {:<24}{:>12}{:>12}{:>12}  {:<16}worst element\n", "quality", "min", "mean", "max",
                "ideal");
-  for (const QualityMeasure& m : measures) {
+  for (const QualityMeasure& m : quality) {
     print_result("  {:<24}{:>12.4g}{:>12.4g}{:>12.4g}  {:<16}{}\n", m.name, m.min, m.mean, m.max,
                  m.ideal, m.worst_element);
   }
-  print_histogram(measures.front());
+  print_histogram(quality.front());
 }
 
 }  // namespace tetraction

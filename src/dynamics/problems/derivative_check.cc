@@ -4,11 +4,13 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <random>
 
 #include "tetraction/core/error.h"
+#include "tetraction/core/parallel.h"
 
 namespace tetraction {
 namespace {
@@ -36,12 +38,13 @@ class ColumnErrors {
  public:
   /// `low`, `here` and `high` are the first derivative behind, at and ahead of a point, `behind` and `ahead` away.
   /// Returns whether the second derivative jumps.
-  bool enter(const Vector& low, const Vector& here, const Vector& high, double behind, double ahead,
-             const Vector& given) {
+  template <class Column>
+  bool enter(const Column& low, const Column& here, const Column& high, double behind, double ahead,
+             const Column& given) {
     constexpr double kLeastJump = 1e-3;
     constexpr double kRoundOff = 1e3 * std::numeric_limits<double>::epsilon();
-    const Vector left = (here - low) / behind;
-    const Vector right = (high - here) / ahead;
+    const Column left = (here - low) / behind;
+    const Column right = (high - here) / ahead;
     double squared = ((high - low) / (behind + ahead) - given).squaredNorm();
     const bool jumps =
         (right - left).norm() > kLeastJump * std::max(left.norm(), right.norm()) +
@@ -53,6 +56,11 @@ class ColumnErrors {
     squared_ += squared;
     norm_ += given.squaredNorm();
     return jumps;
+  }
+  void add(const ColumnErrors& other) {
+    squared_ += other.squared_;
+    norm_ += other.norm_;
+    jumps_ += other.jumps_;
   }
   double relative() const { return relative_error(squared_, norm_); }
   Index jumps() const { return jumps_; }
@@ -191,36 +199,60 @@ class MovedElement {
   Vector moved_;
 };
 
-}  // namespace
-
-DerivativeErrors check_derivatives(const ElasticPotential& potential, const Vector& q) {
-  constexpr double kStep = 1e-5;
-  constexpr Index kMostCompared = 8192;
-  const RestState& rest = potential.rest();
-  MovedElement moved(potential, q);
+// Sums over elements whose derivatives were compared.
+struct ElementErrors {
   double force_error = 0.0;
   double force_norm = 0.0;
   ColumnErrors columns;
-  const Index stride = std::max<Index>(1, rest.element_count() / kMostCompared);
-  for (Index e = 0; e < rest.element_count(); e += stride) {
+
+  void compare(const ElasticPotential& potential, const Vector& q, Index e, MovedElement& moved) {
+    using Column = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 30, 1>;
+    constexpr double kStep = 1e-5;
+    const RestState& rest = potential.rest();
     ElasticPotential::ElementTerms exact;
     potential.element_terms(e, q, true, exact);
+    const Column forces = exact.gradient.reshaped();
     const double step = kStep * shortest_edge(rest.gather(q, rest.points_per_element() * e));
-    for (Index j = 0; j < exact.gradient.size(); ++j) {
+    for (Index j = 0; j < forces.size(); ++j) {
       const Index dof = 3 * rest.nodes(e)[static_cast<std::size_t>(j / 3)] + j % 3;
       const MovedElement::Pair at = moved.smooth_pair(e, dof, step, exact);
-      const Vector below = at.below.gradient.reshaped();
-      const Vector above = at.above.gradient.reshaped();
-      const bool jumps = columns.enter(below, exact.gradient.reshaped(), above, q[dof] - at.low,
-                                       at.high - q[dof], exact.hessian.col(j));
-      const double analytic = exact.gradient.data()[j];
-      const double slope = mean_slope(below[j], analytic, above[j], jumps);
+      const Column below = at.below.gradient.reshaped();
+      const Column above = at.above.gradient.reshaped();
+      const bool jumps = columns.enter(below, forces, above, q[dof] - at.low, at.high - q[dof],
+                                       Column(exact.hessian.col(j)));
+      const double slope = mean_slope(below[j], forces[j], above[j], jumps);
       force_error += std::pow((at.above.energy - at.below.energy) / (at.high - at.low) - slope, 2);
-      force_norm += analytic * analytic;
+      force_norm += forces[j] * forces[j];
     }
   }
-  return {relative_error(force_error, force_norm), columns.relative(), std::sqrt(force_norm),
-          columns.jumps()};
+  void add(const ElementErrors& other) {
+    force_error += other.force_error;
+    force_norm += other.force_norm;
+    columns.add(other.columns);
+  }
+};
+
+}  // namespace
+
+DerivativeErrors check_derivatives(const ElasticPotential& potential, const Vector& q) {
+  constexpr Index kMostCompared = 8192;
+  constexpr Index kParts = 16;  // whose sums are added in this order for any number of threads
+  const Index elements = potential.rest().element_count();
+  const Index stride = std::max<Index>(1, elements / kMostCompared);
+  const Index compared = (elements + stride - 1) / stride;
+  std::array<ElementErrors, kParts> parts;
+  parallel_for(kParts, 1, [&](Index begin, Index end) {
+    MovedElement moved(potential, q);
+    for (Index p = begin; p < end; ++p) {
+      for (Index k = p * compared / kParts; k < (p + 1) * compared / kParts; ++k) {
+        parts[static_cast<std::size_t>(p)].compare(potential, q, k * stride, moved);
+      }
+    }
+  });
+  ElementErrors all;
+  for (const ElementErrors& part : parts) all.add(part);
+  return {relative_error(all.force_error, all.force_norm), all.columns.relative(),
+          std::sqrt(all.force_norm), all.columns.jumps()};
 }
 
 DerivativeErrors check_derivatives(const NodalVolume& volume, const RestState& rest,
@@ -285,7 +317,8 @@ Vector strained_state(const ElasticPotential& potential, const Vector& q, double
   }
   for (double scale = strain;; scale *= 0.5) {
     Vector result = q + scale * displacement;
-    if (potential.admissible(result).ok()) return result;
+    double energy = 0.0;  // its loop is the fastest that finds where W is not defined
+    if (potential.value(result, energy).ok()) return result;
     if (scale < 1e-12) return q;
   }
 }

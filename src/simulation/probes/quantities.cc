@@ -22,6 +22,23 @@ class BodyFields {
   BodyFields(const Session& of, const State& at)
       : session(of), system(of.system()), state(at), q(at.position) {}
 
+  // Computes two fields in one loop if the list has both. They are taken afterwards, once.
+  void prepare(const std::vector<const Quantity*>& list) {
+    const auto has = [&](auto name) { return std::ranges::count(list, find_quantity(name)) > 0; };
+    if (has("energy_density") && (has("cauchy_stress") || has("von_mises"))) {
+      stresses_and_energies(system, q, stress_, energy_);
+    }
+    if (has("green_strain") && has("jacobian")) strains_and_ratios(system, q, strain_, ratio_);
+  }
+  Matrix take_energy_density() {
+    return energy_.size() == 0 ? energy_densities(system, q) : std::move(energy_);
+  }
+  Matrix take_green_strain() {
+    return strain_.size() == 0 ? green_strains(system, q) : std::move(strain_);
+  }
+  Matrix take_jacobian() {
+    return ratio_.size() == 0 ? Matrix(volume_ratios(system, q).transpose()) : std::move(ratio_);
+  }
   const Matrix& stress() {
     if (stress_.size() == 0) stress_ = cauchy_stresses(system, q);
     return stress_;
@@ -58,6 +75,9 @@ class BodyFields {
 
  private:
   Matrix stress_;
+  Matrix energy_;
+  Matrix strain_;
+  Matrix ratio_;
   NodalFields vertices_;
   bool has_vertices_ = false;
 };
@@ -111,10 +131,6 @@ Matrix contact_forces(BodyFields& fields) {
 Matrix recovered_von_mises(BodyFields& fields) {
   if (fields.is_quadratic) return fields.vertices().von_mises;
   return von_mises_stresses(fields.recovered_stress());
-}
-
-Matrix jacobians(BodyFields& fields) {
-  return volume_ratios(fields.system, fields.q).transpose();
 }
 
 Matrix nodal_pressures(BodyFields& fields) {
@@ -247,7 +263,7 @@ std::vector<Quantity> all_quantities() {
        .of_body = nodal_pressures},
       {.name = "jacobian_nodal",
        .frames = InFrames::kNodal,
-       .of_body = [](F& f) { return f.average(&N::jacobian, [&] { return jacobians(f); }); }},
+       .of_body = [](F& f) { return f.average(&N::jacobian, [&] { return f.take_jacobian(); }); }},
       {.name = "cauchy_stress_recovered",
        .unit = "Pa",
        .shape = kSymmetricTensor,
@@ -269,7 +285,7 @@ std::vector<Quantity> all_quantities() {
        .shape = kSymmetricTensor,
        .domain = kTetrahedra,
        .frames = InFrames::kDefault,
-       .of_body = [](F& f) { return green_strains(f.system, f.q); }},
+       .of_body = [](F& f) { return f.take_green_strain(); }},
       {.name = "von_mises",
        .unit = "Pa",
        .domain = kTetrahedra,
@@ -285,13 +301,13 @@ std::vector<Quantity> all_quantities() {
        .probe = P::kJacobian,
        .color = {"Volume ratio J", 5, 1.0},
        .of_element = [](const ElementPlace& at, double* to) { *to = at.jacobian(); },
-       .of_body = jacobians},
+       .of_body = [](F& f) { return f.take_jacobian(); }},
       {.name = "energy_density",
        .unit = "J/m³",
        .domain = kTetrahedra,
        .frames = InFrames::kDefault,
        .color = {"Energy density", 4},
-       .of_body = [](F& f) { return energy_densities(f.system, f.q); }},
+       .of_body = [](F& f) { return f.take_energy_density(); }},
       {.name = "region",
        .domain = kTetrahedra,
        .frames = InFrames::kDefault,
@@ -407,6 +423,7 @@ const Quantity& drawn_quantity(const Quantity& color, bool is_quadratic) {
 
 std::vector<Matrix> values_of(const Session& session, const std::vector<const Quantity*>& list) {
   BodyFields fields(session);
+  fields.prepare(list);
   std::vector<Matrix> values(list.size());
   const auto of = [&](const Quantity& quantity) {
     return quantity.of_body != nullptr ? quantity.of_body(fields) : vertex_values(quantity, fields);
