@@ -262,13 +262,16 @@ TEST(Contact, FindsWhatIsCrossedWithoutAnInside) {
 // Of a uniform pressure: every vertex has the same −U′, and the forces are those of a pressure on the face.
 TEST(Contact, HasTheAreasOfTheFaces) {
   for (const bool is_quadratic : {false, true}) {
+    // Where the guards of corners are at rest.
+    const double distance = is_quadratic ? 0.08 : 0.03;
     const TetMesh mesh = touching_box(is_quadratic);
-    Obstacle obstacle = obstacle_around_box(mesh, PlaneShape{{0.0, -0.03, 0.0}, {0.0, 4.0, 0.0}});
+    Obstacle obstacle =
+        obstacle_around_box(mesh, PlaneShape{{0.0, -distance, 0.0}, {0.0, 4.0, 0.0}});
     obstacle.surface = select_triangles(mesh, SelectFaces{{0.0, -1.0, 0.0}, {}});
     const Contact contact(mesh, {obstacle});
     const Vector rest = mesh.rest_positions();
     const Vector mass = Vector::Ones(mesh.vertex_count());
-    const double p = -Barrier{obstacle.thickness, obstacle.stiffness}.slope(0.03);
+    const double p = -Barrier{obstacle.thickness, obstacle.stiffness}.slope(distance);
     const ForcePoint at{mass, rest, 0.0};
     const ObstacleForce force = contact.forces(at)[0];
     EXPECT_NEAR(force.force.y(), p * 0.3 * 0.25, 1e-12 * p);
@@ -283,10 +286,10 @@ TEST(Contact, HasTheAreasOfTheFaces) {
       const bool touches = rest[3 * v + 1] == 0.0;
       EXPECT_NEAR(pressure[v], touches ? p : 0.0, 1e-12 * p) << v;
       if (touches) {
-        EXPECT_NEAR(gap[v], 0.03, 1e-15);
+        EXPECT_NEAR(gap[v], distance, 1e-15);
       }
     }
-    EXPECT_NEAR(contact.smallest_gap(at), 0.03, 1e-15);
+    EXPECT_NEAR(contact.smallest_gap(at), distance, 1e-15);
   }
 }
 

@@ -1,4 +1,5 @@
-// Contact where steps are hard to solve.
+// Contact where steps are hard to solve: obstacles that carry a body far in an equilibrium, and impacts of
+// quadratic elements.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -7,11 +8,32 @@
 
 #include "support/obstacles.h"
 #include "support/rules.h"
+#include "tetraction/simulation/equilibrium.h"
 
 namespace tetraction {
 namespace {
 
 using namespace testing_support;
+
+class CarriedBody : public testing::TestWithParam<double> {};
+
+// A block lies on a plate that goes up or down by a multiple of the block's size. It goes along, and is in the same
+// equilibrium as without the way: there is no limit point, and no place where nothing holds it.
+TEST_P(CarriedBody, GoesAlongWithItsObstacle) {
+  Scene scene = scene_of({GeneratorKind::kBox, {0.2, 0.2, 0.2}, {3, 3, 3}}, elastic(5e4, 0.3));
+  scene.environment = gravity(9.81);
+  scene.fix.push_back(fix(SelectVertices{{0}}, {true, false, true}));
+  scene.fix.push_back(fix(SelectNearest{{0.2, 0.0, 0.0}}, {false, false, true}));
+  scene.obstacle.push_back(plane_obstacle("plate", {0.0, -0.004, 0.0}));
+  const FinishedEquilibrium at_rest(scene, mesh_of(scene));
+  scene.obstacle[0].offset = {0.0, GetParam(), 0.0};
+  const FinishedEquilibrium carried(scene, mesh_of(scene));
+  EXPECT_TRUE(carried.load_path()->limit_points.empty());
+  const Vector moved = carried.state().position - at_rest.state().position;
+  for (Index v = 0; v < moved.size() / 3; ++v) {
+    EXPECT_LT((vertex_block(moved, v) - scene.obstacle[0].offset).norm(), 1e-9) << v;
+  }
+}
 
 class QuadraticImpact : public testing::TestWithParam<Integrator> {};
 
@@ -35,6 +57,7 @@ TEST_P(QuadraticImpact, KeepsCornersInTheLayer) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Rules, QuadraticImpact, testing::ValuesIn(all_rules()), name_of_rule);
+INSTANTIATE_TEST_SUITE_P(Ways, CarriedBody, testing::Values(5.0, -1.0, 0.3));
 
 }  // namespace
 }  // namespace tetraction

@@ -98,7 +98,10 @@ class Implementation : public StaticStepper {
     clear_way(from, factor);
     problem_.set_origin(start_);
     const EvaluationStatus status = problem_.value(solve_.u(), phi);
-    if (!status.ok() || !guess_.keeps_volumes(from.position, start_)) {
+    const bool is_good = status.ok() && guess_.keeps_volumes(from.position, start_);
+    phi = is_good ? phi + problem_.origin_value() : std::numeric_limits<double>::infinity();
+    try_moving_along(from, factor, phi);
+    if (!std::isfinite(phi)) {
       outcome.status = StepStatus::kInverted;
       outcome.element = status.failed_element;
       outcome.message = "what moves as prescribed would crush the elements beside it";
@@ -110,17 +113,41 @@ class Implementation : public StaticStepper {
       earlier_step_ = last_step_;
       last_.resize(0);
     }
-    if (earlier_.size() == 0) return true;
-    phi += problem_.origin_value();
-    trial_ = from.position + (h / earlier_step_) * (from.position - earlier_);
-    problem_.prescribe(factor, trial_);
-    problem_.set_origin(trial_);
-    double continued = 0.0;
-    if (problem_.value(solve_.u(), continued).ok() && continued + problem_.origin_value() < phi) {
-      return true;
+    if (earlier_.size() > 0) {
+      trial_ = from.position + (h / earlier_step_) * (from.position - earlier_);
+      problem_.prescribe(factor, trial_);
+      take_if_lower(phi);
     }
     problem_.set_origin(start_);
     return true;
+  }
+
+  // start_ ← trial_, if Π is lower there than `phi`, which becomes its value.
+  void take_if_lower(double& phi) {
+    problem_.set_origin(trial_);
+    double value = 0.0;
+    if (!problem_.value(solve_.u(), value).ok()) return;
+    value += problem_.origin_value();
+    if (!(value < phi)) return;
+    phi = value;
+    start_ = trial_;
+  }
+
+  // A body that lies on an obstacle, and that nothing holds in the direction of its offset, goes with it as a whole.
+  void try_moving_along(const State& from, double factor, double& phi) {
+    const Contact* contact = system_.contact();
+    if (contact == nullptr) return;
+    ForcePoint before = system_.force_point(from.position, problem_.time());
+    before.load_factor = from.time;
+    for (std::size_t i = 0; i < contact->size(); ++i) {
+      const Vector3& offset = contact->obstacle(i).motion.offset;
+      if (offset.isZero(0.0) || !std::isfinite(contact->smallest_gap(before, i))) continue;
+      trial_ = ((factor - from.time) * offset).replicate(system_.vertex_count(), 1);
+      system_.coordinates().project_velocity(system_.mass(), trial_);
+      trial_ += from.position;
+      problem_.prescribe(factor, trial_);
+      take_if_lower(phi);
+    }
   }
 
   // Obstacles that move with the loads push vertices aside.

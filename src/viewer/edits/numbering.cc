@@ -61,14 +61,15 @@ EntryNumbers present_entries(const Session& session) {
   EntryNumbers present;
   const ForEachList<std::size_t> counts = counts_of(session);
   const BodyConstraints& constraints = session.settings().constraints;
+  const auto acts = [&](std::size_t list, std::size_t i) {
+    if (list == list_of(FixSettings())) return !constraints.fixes[i].vertices.empty();
+    if (list == list_of(ConstraintSettings())) return constraints.other_settings[i].has_value();
+    if (list == list_of(ObstacleSettings())) return !session.settings().obstacles[i].removed;
+    return true;
+  };
   for (std::size_t list = 0; list < kEntryLists; ++list) {
     for (std::size_t i = 0; i < counts[list]; ++i) {
-      const bool acts =
-          list == list_of(FixSettings())          ? !constraints.fixes[i].vertices.empty()
-          : list == list_of(ConstraintSettings()) ? constraints.other_settings[i].has_value()
-          : list == list_of(ObstacleSettings())   ? !session.settings().obstacles[i].removed
-                                                  : true;
-      if (acts) present[list].push_back(i);
+      if (acts(list, i)) present[list].push_back(i);
     }
   }
   return present;
