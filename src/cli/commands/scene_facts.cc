@@ -271,11 +271,9 @@ std::string mechanism_line(const Mechanism& mechanism) {
                          : std::string("the supports hold them"));
 }
 
-// What an obstacle does to a body that begins in its layer.
 std::string start_in_layer(double gap) {
   if (!std::isfinite(gap)) return {};
-  return fmt::format(
-      ". The body begins in its layer, {:.3g} m from it, and is pushed away from the start", gap);
+  return fmt::format(". The body begins in its layer, {:.3g} m from it", gap);
 }
 
 void print_obstacles(const MechanicalSystem& system, const std::vector<double>& gaps) {
@@ -303,7 +301,6 @@ void print_obstacles(const MechanicalSystem& system, const std::vector<double>& 
   }
 }
 
-// Every obstacle by its name.
 nlohmann::ordered_json obstacles_json(const MechanicalSystem& system,
                                       const std::vector<double>& gaps) {
   nlohmann::ordered_json json = nlohmann::ordered_json::object();
@@ -314,8 +311,7 @@ nlohmann::ordered_json obstacles_json(const MechanicalSystem& system,
     json[obstacle.name] = {
         {"thickness", obstacle.thickness},      {"stiffness", obstacle.stiffness},
         {"friction", obstacle.friction},        {"moves", !obstacle.motion.at_rest()},
-        {"triangles", obstacle.surface.size()}, {"gap", nullptr}};
-    if (std::isfinite(gaps[i])) json[obstacle.name]["gap"] = gaps[i];
+        {"triangles", obstacle.surface.size()}, {"gap", gaps[i]}};
   }
   return json;
 }

@@ -114,10 +114,8 @@ class EnergyMomentumStepper : public ImplicitStepper {
                       (step_.forces() == StepForces::kDiscrete ? "energy-momentum" : "midpoint") +
                       " step have no solution near any guess" +
                       (message.empty() ? std::string() : ": " + message) + note_on_limit(from);
-    // The message of equations that are not exact enough has it already.
-    if (const std::string note = note_on_layer(system_, *from_); !message.ends_with(note)) {
-      outcome.message += note;
-    }
+    const std::string note = note_on_layer(system_, *from_);
+    if (!message.ends_with(note)) outcome.message += note;
     return false;
   }
 
@@ -410,12 +408,9 @@ class EnergyMomentumStepper : public ImplicitStepper {
     return constraint_work(from, to) + work_of_impulses_;
   }
 
-  // The discrete gradient keeps the energy of the layers exactly.
   double work_of_obstacles(const State& from, const State& to) const override {
-    const Contact* contact = system_.contact();
-    if (contact == nullptr) return 0.0;
-    return contact->driven_work(system_.force_point(from.position, from.time),
-                                system_.force_point(to.position, to.time));
+    return system_.contact()->driven_work(system_.force_point(from.position, from.time),
+                                          system_.force_point(to.position, to.time));
   }
 
   Vector3 residual_arm(const State& from, Index v) const override {

@@ -86,7 +86,8 @@ StepOutcome ImplicitStepper::advance_part(const State& from, State& to, double h
   if (system_.is_dissipative()) outcome.dissipated_energy = problem_->dissipated_energy(u, h);
   reactions_.force /= h;
   reactions_.delay /= h;
-  outcome.constraint_work = work_of_constraints(from, to) + work_of_obstacles(from, to);
+  outcome.constraint_work = work_of_constraints(from, to);
+  if (system_.contact() != nullptr) outcome.constraint_work += work_of_obstacles(from, to);
   enter_friction(h, to, outcome);
   if (constraining_) {
     reactions_.force += spring_force_;
@@ -99,10 +100,9 @@ StepOutcome ImplicitStepper::advance_part(const State& from, State& to, double h
 }
 
 double ImplicitStepper::work_of_obstacles(const State& from, const State& to) const {
-  const Contact* contact = system_.contact();
-  if (contact == nullptr) return 0.0;
   const double h = to.time - from.time;
-  return contact->work_of_motion(obstacle_forces_, from.time + alpha_ * h, {from.time, to.time}, h);
+  return system_.contact()->work_of_motion(obstacle_forces_, from.time + alpha_ * h,
+                                           {from.time, to.time}, h);
 }
 
 // The energy of friction, and the impulses of obstacles.

@@ -46,7 +46,7 @@ class ImplicitStepper : public Stepper {
   virtual double work_of_constraints(const State& from, const State& to) {
     return constraint_work(from, to);
   }
-  /// The work of moving obstacles without friction, J. obstacle_forces_ has their forces.
+  /// The work of moving obstacles without friction, J, where there are any. obstacle_forces_ has their forces.
   virtual double work_of_obstacles(const State& from, const State& to) const;
   /// Minimises Φ, from the best guess or, if prescribed vertices move far, through intermediate steps.
   bool find(const State& from, double end_time, StepOutcome& outcome);
