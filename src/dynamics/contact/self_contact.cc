@@ -393,10 +393,12 @@ void SelfContact::add_approach(const MovingPair& moving, bool are_sharp_edges, c
   const Vector3 rate = moving.moves(v) * distance.weights;
   const double speed = d > 0.0 ? -distance.difference.dot(rate) / d : 0.0;
   const bool is_edges = moving.pair.kind == PairKind::kEdgeEdge;
+  const double share =
+      is_edges ? mollifier(parallel_measure(moving.points(x)), moving.pair.parallel) : 1.0;
   for (const Index i : moving.own()) {
     const double area = is_edges ? 2.0 * moving.pair.weight : surface_.areas[place(i)];
     const double carrying = are_sharp_edges ? area : carrying_areas_[place(i)];
-    found.push_back({i, 2.0 * area, d, speed, 1.0, 2.0 * carrying});
+    found.push_back({i, 2.0 * share * area, d, speed, 1.0, 2.0 * carrying});
   }
 }
 
