@@ -72,10 +72,13 @@ TEST(SessionBodies, TheLayerIsNeverThickerThanAGapAtRest) {
 TEST(SessionBodies, RefuseAStartThatPenetrates) {
   expect_refused(two_cubes({0.9, 0.1, 0.1}), {"penetrates another body", "up to 0.1 m deep",
                                               "vertices (", "contact.thickness"});
-  expect_refused(two_cubes({1.0, 0.0, 0.0}), {"exactly on another body", "Contact needs a gap"});
-  // The round-off of the place is no gap.
-  expect_refused(two_cubes({1.0 + 1e-15, 0.0, 0.0}), {"exactly on another body"});
-  expect_refused(two_cubes({1.0 - 1e-15, 0.0, 0.0}), {"exactly on another body"});
+  expect_refused(two_cubes({1.0, 0.0, 0.0}),
+                 {"that touch another body", "nearer than 5.", "1e-04 of the thickness",
+                  "Contact needs a larger gap"});
+  // The round-off of the place is no gap, and neither is what is below 1e-4 of the layer.
+  expect_refused(two_cubes({1.0 + 1e-6, 0.0, 0.0}), {"that touch another body"});
+  expect_refused(two_cubes({1.0 + 1e-15, 0.0, 0.0}), {"that touch another body"});
+  expect_refused(two_cubes({1.0 - 1e-15, 0.0, 0.0}), {"that touch another body"});
   // As a whole inside, where no edge crosses a face.
   Scene scene = two_cubes({3.0, 0.0, 0.0});
   RawMesh raw;
@@ -86,7 +89,8 @@ TEST(SessionBodies, RefuseAStartThatPenetrates) {
   }
   scene.mesh.copies.clear();
   const TetMesh mesh = build_mesh(std::move(raw));
-  expect_error([&] { Session(scene, mesh); }, {"penetrates another body", "0.4 m deep"});
+  expect_error([&] { Session(scene, mesh); },
+               {"penetrates another body", "26 vertices", "0.4 m deep"});
   // Edges that cross without a vertex inside have no depth.
   scene = two_cubes({0.0, 0.0, 0.0});
   scene.mesh.copies[0].turn = {0.0, 0.0, 45.0};
@@ -118,6 +122,8 @@ TEST(SessionBodies, RefuseWhatIsNotOffered) {
   scene = fair;
   scene.contact.thickness = -0.01;
   expect_refused(scene, {"contact.thickness", "above 0"});
+  scene.contact.thickness = 1.01;
+  expect_refused(scene, {"contact.thickness", "1.01 m", "1 m long", "much smaller"});
   scene = fair;
   scene.contact.select = SelectSphere{Vector3(9.0, 9.0, 9.0), 0.1};
   expect_refused(scene, {"contact.select"});
