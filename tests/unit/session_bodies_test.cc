@@ -5,7 +5,9 @@
 #include <utility>
 #include <vector>
 
+#include "simulation/facts/free_motions.h"
 #include "support/body_contact.h"
+#include "support/cubes.h"
 #include "tetraction/dynamics/contact/contact.h"
 
 namespace tetraction {
@@ -22,6 +24,24 @@ Scene two_cubes(const Vector3& at) {
   scene.mesh.copies = {copy};
   scene.contact.between = ContactBetween::kBodies;
   return scene;
+}
+
+// Adds a mesh as a body, with its points mapped.
+template <class Map>
+void add_body(RawMesh& raw, const TetMesh& mesh, const Map& map) {
+  const Vector rest = mesh.rest_positions();
+  const auto first = static_cast<std::int64_t>(raw.vertices.size());
+  for (Index v = 0; v < mesh.vertex_count(); ++v) {
+    raw.vertices.emplace_back(map(Vector3(vertex_block(rest, v))));
+    raw.vertex_ids.push_back(first + v);
+  }
+  for (const auto& corners : mesh.tetrahedra) {
+    RawCell cell;
+    cell.type = CellType::kTetrahedron;
+    cell.id = static_cast<std::int64_t>(raw.cells.size());
+    for (const Index v : corners) cell.vertices.push_back(first + v);
+    raw.cells.push_back(cell);
+  }
 }
 
 double thickness_of(const Scene& scene) {
@@ -52,33 +72,25 @@ TEST(SessionBodies, TheLayerIsNeverThickerThanAGapAtRest) {
 TEST(SessionBodies, RefuseAStartThatPenetrates) {
   expect_refused(two_cubes({0.9, 0.1, 0.1}), {"penetrates another body", "up to 0.1 m deep",
                                               "vertices (", "contact.thickness"});
-  expect_refused(two_cubes({1.0, 0.0, 0.0}), {"exactly on another body", "Contact needs a gap"});
-  // The round-off of the place is no gap.
-  expect_refused(two_cubes({1.0 + 1e-15, 0.0, 0.0}), {"exactly on another body"});
-  expect_refused(two_cubes({1.0 - 1e-15, 0.0, 0.0}), {"exactly on another body"});
+  expect_refused(two_cubes({1.0, 0.0, 0.0}),
+                 {"that touch another body", "nearer than 5.", "1e-04 of the thickness",
+                  "Contact needs a larger gap"});
+  // The round-off of the place is no gap, and neither is what is below 1e-4 of the layer.
+  expect_refused(two_cubes({1.0 + 1e-6, 0.0, 0.0}), {"that touch another body"});
+  expect_refused(two_cubes({1.0 + 1e-15, 0.0, 0.0}), {"that touch another body"});
+  expect_refused(two_cubes({1.0 - 1e-15, 0.0, 0.0}), {"that touch another body"});
   // As a whole inside, where no edge crosses a face.
   Scene scene = two_cubes({3.0, 0.0, 0.0});
   RawMesh raw;
   for (const double size : {1.0, 0.2}) {
-    const TetMesh cube = mesh_of(scene);
-    const Vector rest = cube.rest_positions();
-    const auto first = static_cast<std::int64_t>(raw.vertices.size());
-    for (Index v = 0; v < cube.vertex_count(); ++v) {
-      raw.vertices.emplace_back(size * vertex_block(rest, v) +
-                                Vector3::Constant(size < 1.0 ? 0.4 : 0.0));
-      raw.vertex_ids.push_back(first + v);
-    }
-    for (const auto& corners : cube.tetrahedra) {
-      RawCell cell;
-      cell.type = CellType::kTetrahedron;
-      cell.id = static_cast<std::int64_t>(raw.cells.size());
-      for (const Index v : corners) cell.vertices.push_back(first + v);
-      raw.cells.push_back(cell);
-    }
+    add_body(raw, mesh_of(scene), [&](const Vector3& p) {
+      return Vector3(size * p + Vector3::Constant(size < 1.0 ? 0.4 : 0.0));
+    });
   }
   scene.mesh.copies.clear();
   const TetMesh mesh = build_mesh(std::move(raw));
-  expect_error([&] { Session(scene, mesh); }, {"penetrates another body", "0.4 m deep"});
+  expect_error([&] { Session(scene, mesh); },
+               {"penetrates another body", "26 vertices", "0.4 m deep"});
   // Edges that cross without a vertex inside have no depth.
   scene = two_cubes({0.0, 0.0, 0.0});
   scene.mesh.copies[0].turn = {0.0, 0.0, 45.0};
@@ -110,6 +122,8 @@ TEST(SessionBodies, RefuseWhatIsNotOffered) {
   scene = fair;
   scene.contact.thickness = -0.01;
   expect_refused(scene, {"contact.thickness", "above 0"});
+  scene.contact.thickness = 1.01;
+  expect_refused(scene, {"contact.thickness", "1.01 m", "1 m long", "much smaller"});
   scene = fair;
   scene.contact.select = SelectSphere{Vector3(9.0, 9.0, 9.0), 0.1};
   expect_refused(scene, {"contact.select"});
@@ -141,6 +155,69 @@ TEST(SessionBodies, EditsThatPutABodyIntoAnotherOneAreRefused) {
   ASSERT_NE(session.system().contact()->between(), nullptr);
   EXPECT_EQ(*session.system().contact()->between(), between);
   EXPECT_EQ(session.system().contact()->size(), 1U);
+}
+
+std::vector<std::string> free_motions_of(const Scene& scene, const TetMesh& mesh) {
+  const Session session(scene, mesh);
+  return find_free_motions(session.system()).whole;
+}
+
+// Within the layer and at its edge, whether the faces overlap as a whole or not.
+TEST(SessionBodies, FlatFacesSupportEachOtherAcrossThemOnly) {
+  for (const Vector3& at : {Vector3(0.0, 1.02, 0.0), Vector3(0.31, 1.02, -0.17),
+                            Vector3(0.02, 1.02, 0.96), Vector3(0.0, 1.04, 0.3)}) {
+    for (const double thickness : {0.0, 0.01, 0.05, 0.3}) {
+      Scene scene = two_cubes(at);
+      if (thickness > 0.0) scene.contact.thickness = thickness;
+      scene.fix = {fix(SelectPlane{1, 0.0, {}})};
+      const std::vector<std::string> motions = free_motions_of(scene, mesh_of_bodies(scene));
+      ASSERT_EQ(motions.size(), 3U) << at.transpose() << ' ' << thickness;
+      EXPECT_EQ(motions[0].substr(0, 12), "move along x");
+      EXPECT_EQ(motions[1].substr(0, 12), "move along z");
+      EXPECT_EQ(motions[2].substr(0, 12), "rotate about") << motions[2];
+      scene.fix.push_back(fix(SelectPlane{1, 1.0 + at.y(), {}}, {true, false, true}));
+      EXPECT_TRUE(free_motions_of(scene, mesh_of_bodies(scene)).empty());
+    }
+  }
+}
+
+// A ball in a wider bowl, and a block in a box without a lid: the faces of both support along their own normals.
+TEST(SessionBodies, CupsHoldWhatIsInThem) {
+  Scene scene = two_cubes({3.0, 0.0, 0.0});
+  scene.mesh.copies.clear();
+  scene.contact.thickness = 0.03;
+  for (const double radius : {0.15, 0.2, 0.25}) {
+    RawMesh raw;
+    add_body(raw, generate_box({1.0, 1.0, 1.0}, {6, 6, 1}), [](const Vector3& p) {
+      const Vector3 down = Vector3(2.0 * p.x() - 1.0, 2.0 * p.y() - 1.0, -1.1).normalized();
+      return Vector3((0.3 + 0.1 * (1.0 - p.z())) * down);
+    });
+    add_body(raw, generate_box({2.0, 2.0, 2.0}, {3, 3, 3}), [&](const Vector3& p) {
+      const Vector3 seen = p - Vector3::Ones();
+      const double length = seen.norm();
+      const Vector3 unit = length > 0.0 ? Vector3(seen / length) : seen;
+      return Vector3(radius * seen.cwiseAbs().maxCoeff() * unit -
+                     (0.3 - radius - 0.025) * Vector3::UnitZ());
+    });
+    scene.fix = {fix(SelectSphere{Vector3(0.0, 0.0, -0.4), 0.2})};
+    for (const std::string& motion : free_motions_of(scene, build_mesh(std::move(raw)))) {
+      EXPECT_EQ(motion.find("move along"), std::string::npos) << radius << ' ' << motion;
+    }
+  }
+  RawMesh raw;
+  std::vector<std::array<int, 3>> places;
+  for (int x = 0; x < 3; ++x) {
+    for (int y = 0; y < 3; ++y) {
+      for (int z = 0; z < 2; ++z) {
+        if (x != 1 || y != 1 || z != 1) places.push_back({x, y, z});
+      }
+    }
+  }
+  add_body(raw, cubes(places), [](const Vector3& p) { return p; });
+  add_body(raw, cubes({{0, 0, 0}}),
+           [](const Vector3& p) { return Vector3(0.96 * p + Vector3(1.02, 1.02, 1.02)); });
+  scene.fix = {fix(SelectPlane{2, 0.0, {}})};
+  EXPECT_TRUE(free_motions_of(scene, build_mesh(std::move(raw))).empty());
 }
 
 }  // namespace

@@ -7,8 +7,10 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <numbers>
 #include <set>
+#include <utility>
 
 #include "contact_surface.h"
 #include "contact_unit.h"
@@ -17,12 +19,10 @@
 #include "dynamics/contact/pairs/pair_distance.h"
 #include "self_contact.h"
 #include "tetraction/core/error.h"
+#include "touch_share.h"
 
 namespace tetraction {
 namespace {
-
-// Gaps and depths below this share of the layer are a touch.
-constexpr double kTouch = 1e-4;
 
 void check_number(const char* name, double value, bool may_be_zero = false) {
   if (std::isfinite(value) && (value > 0.0 || (may_be_zero && value == 0.0))) return;
@@ -48,6 +48,25 @@ std::vector<Index> bodies_of(const TetMesh& mesh, const ContactSurface& surface)
   bodies.reserve(surface.vertices.size());
   for (const Index v : surface.vertices) bodies.push_back(all[static_cast<std::size_t>(v)]);
   return bodies;
+}
+
+// A layer that is thicker than a body is long reaches through it.
+void refuse_thick_layer(const TetMesh& mesh, const ContactSurface& surface,
+                        const std::vector<Index>& body_of, double thickness) {
+  std::map<Index, std::pair<Box, Index>> boxes;  // of the bodies, with their first vertices
+  for (std::size_t i = 0; i < body_of.size(); ++i) {
+    const auto [entry, is_new] = boxes.try_emplace(body_of[i], Box{}, surface.vertices[i]);
+    entry->second.first.add(vertex_block(surface.rest, static_cast<Index>(i)));
+  }
+  for (const auto& [body, each] : boxes) {
+    const double length = (each.first.upper - each.first.lower).maxCoeff();
+    if (!(thickness > length)) continue;
+    throw InputError(fmt::format(
+        "The contact of bodies has the thickness {:.4g} m (contact.thickness), but what may touch "
+        "of the body with vertex {} is {:.4g} m long only: a layer is a small part of an element "
+        "thick, usually a tenth of an edge. Take a much smaller thickness, and check its unit.",
+        thickness, mesh.vertex_id(each.second), length));
+  }
 }
 
 // The surfaces of single bodies at some positions.
@@ -136,6 +155,7 @@ Contact::Unit Contact::Unit::between(const TetMesh& mesh, const BodyContact& bod
         "has no effect: take contact.between = \"all\", with which a body touches itself, too, or "
         "leave it out.");
   }
+  refuse_thick_layer(mesh, unit.surface, unit.body_of, bodies.thickness);
   unit.law = std::make_shared<SelfContact>(unit.surface, unit.body_of, bodies.within_bodies,
                                            Barrier{bodies.thickness, bodies.stiffness});
   return unit;
@@ -153,11 +173,11 @@ std::vector<Contact::Penetration> Contact::Unit::body_penetrations(std::size_t n
     found.push_back({number, surface.vertices[static_cast<std::size_t>(i)], depth});
   };
   const Index first = law->penetrating_vertex(x);
-  if (first < 0 && law->smallest_gap(x) < kTouch * obstacle.thickness) {
+  if (first < 0 && law->smallest_gap(x) < kTouchShare * obstacle.thickness) {
     Vector gaps;
     law->vertex_gaps(x, gaps);
     for (Index i = 0; i < gaps.size(); ++i) {
-      if (gaps[i] < kTouch * obstacle.thickness) add(i, 0.0);
+      if (gaps[i] < kTouchShare * obstacle.thickness) add(i, 0.0);
     }
     return found;
   }
@@ -166,12 +186,14 @@ std::vector<Contact::Penetration> Contact::Unit::body_penetrations(std::size_t n
   for (std::size_t a = 0; a < bodies.body_count(); ++a) {
     for (std::size_t b = 0; b < bodies.body_count(); ++b) {
       if (!bodies.may_meet(a, b)) continue;
+      const std::size_t before = found.size();
       for (const Index i : bodies.vertices(a)) {
         const double depth = bodies.depth(i, b);
-        if (depth > -kTouch * obstacle.thickness && (first >= 0 || depth > 0.0)) {
-          add(i, depth > kTouch * obstacle.thickness ? depth : 0.0);
+        if (depth > -kTouchShare * obstacle.thickness && (first >= 0 || depth > 0.0)) {
+          add(i, depth > kTouchShare * obstacle.thickness ? depth : 0.0);
         }
-        if (first < 0) break;
+        // As nothing crosses, all vertices of the body are on the side of the first one.
+        if (found.size() == before && first < 0) break;
       }
     }
   }

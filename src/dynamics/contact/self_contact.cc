@@ -350,26 +350,6 @@ void SelfContact::vertex_gaps(const Vector& x, Vector& gaps) const {
   }
 }
 
-void SelfContact::add_support(const Vector& x, double reach, SurfaceBlocks& blocks) const {
-  constexpr double kFarthest = 10.0;  // times the thickness
-  const double farthest = std::min(reach, kFarthest * barrier_.thickness);
-  const double stiffness = barrier_.stiffness / barrier_.thickness;
-  for (const MovingPair& moving : pairs_of(near_.on_way(x, x, farthest))) {
-    const PairDistance distance = pair_distance(moving.pair.kind, moving.points(x));
-    if (!(distance.squared < farthest * farthest)) continue;
-    const Vector3 n = distance.difference.normalized();
-    const Matrix3 block = moving.pair.weight * stiffness * n * n.transpose();
-    for (int a = 0; a < moving.count; ++a) {
-      const Index i = moving.vertices[place(a)];
-      blocks.add(i, distance.weights[a] * distance.weights[a] * block);
-      for (int b = a + 1; b < moving.count; ++b) {
-        blocks.add_pair(i, moving.vertices[place(b)],
-                        distance.weights[a] * distance.weights[b] * block);
-      }
-    }
-  }
-}
-
 // The sides of a pair come nearer with the rate of their distance. Both may move, which doubles the stiffness that
 // a vertex feels, and several pairs of edges may have a vertex. Where edges meet that are not sharp, vertices meet faces,
 // too, which have nearly all of the area.

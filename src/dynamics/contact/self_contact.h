@@ -43,7 +43,8 @@ class SelfContact final : public ObstacleContact {
   Index penetrating_vertex(const Vector& x) const override;
   double longest_step(const Vector& x, const Vector& d) const override;
   void clear_way(const Vector& from, Vector& x) const override;
-  /// Springs between features that are nearer to each other than `reach` and ten times the thickness.
+  /// Springs between features that face each other, and are nearer than `reach` and ten times the thickness: nothing next
+  /// to their closest points is nearer on either side, or one of them is a face and the other one a vertex before it.
   void add_support(const Vector& x, double reach, SurfaceBlocks& blocks) const override;
   double smallest_gap(const Vector& x) const override;
   void vertex_gaps(const Vector& x, Vector& gaps) const override;
@@ -81,6 +82,14 @@ class SelfContact final : public ObstacleContact {
   const Way& state(const Vector& x) const;
   const Way& way(const Vector& from, const Vector& to) const;
   void prepare(Way& way, const Vector& from, const Vector& to) const;
+  // The surface around the closest place of a side of a pair, seen from the other side in this direction.
+  struct SideShape {
+    bool is_nearest = true;  // nothing next to it is nearer to the other side
+    bool is_face = false;    // it is on a face across the direction
+  };
+  SideShape shape_of(std::span<const Index> side, const Vector& x, const Vector3& closest,
+                     const Vector3& direction) const;
+  bool supports(const MovingPair& moving, const PairDistance& distance, const Vector& x) const;
   Index find_penetrating_vertex(const Vector& x) const;
   std::vector<MovingPair> pairs_on_way(const Vector& from, const Vector& to) const;
   const std::array<Index, 3>& face_of(Index vertex, Index other) const;

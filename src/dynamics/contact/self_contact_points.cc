@@ -1,4 +1,5 @@
-// The places where a deformed surface touches itself.
+// The places where a deformed surface touches itself, and where it supports itself.
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 
@@ -108,6 +109,80 @@ void SelfContact::mean_contact_points(const Vector& from, const Vector& to,
     return PairForce{mean.force, mean.stiffness, mean.weights, mean.difference};
   };
   append_places(way(from, to).pairs, 0.5 * (from + to), force_of, points);
+}
+
+SelfContact::SideShape SelfContact::shape_of(std::span<const Index> side, const Vector& x,
+                                             const Vector3& closest,
+                                             const Vector3& direction) const {
+  // Of directions. It leaves a lateral stiffness of its square of what is round-off in flat faces.
+  constexpr double kSame = 1e-4;
+  const auto is_around = [&](const std::array<Index, 3>& triangle) {
+    return std::ranges::all_of(
+        side, [&](Index i) { return std::ranges::find(triangle, i) != triangle.end(); });
+  };
+  const std::array<Index, 2> vertex{side.front(), side.front()};
+  const auto around =
+      std::ranges::equal_range(face_of_, vertex, {}, [](const auto& each) { return each.first; });
+  SideShape shape;
+  for (const auto& [key, face] : around) {
+    const std::array<Index, 3>& triangle = surface_.triangles[static_cast<std::size_t>(face)];
+    if (!is_around(triangle)) continue;
+    const std::array<Vector3, 3> p{vertex_block(x, triangle[0]), vertex_block(x, triangle[1]),
+                                   vertex_block(x, triangle[2])};
+    for (const Vector3& corner : p) {
+      const Vector3 along = corner - closest;
+      if (along.dot(direction) > kSame * along.norm()) shape.is_nearest = false;
+    }
+    const Vector3 normal = (p[1] - p[0]).cross(p[2] - p[0]).normalized();
+    if ((normal - direction).norm() < kSame) shape.is_face = true;
+  }
+  return shape;
+}
+
+// The features next to the closest ones of a pair must not be nearer: otherwise the pair is the oblique one of two places
+// that face others. What a face has before it may be a place of any shape, as it may turn, and be pressed flat.
+bool SelfContact::supports(const MovingPair& moving, const PairDistance& distance,
+                           const Vector& x) const {
+  const std::span<const Index> own = moving.own();
+  const int first_size = first_side_size(moving.pair.kind);
+  const Vector3 normal = distance.difference.normalized();
+  const auto shape = [&](int begin, int end, double sign) {
+    std::vector<Index> side;
+    Vector3 closest = Vector3::Zero();
+    for (int k = begin; k < end; ++k) {
+      const Index i = own[static_cast<std::size_t>(k)];
+      if (distance.weights[k] == 0.0) continue;
+      side.push_back(i);
+      closest += sign * distance.weights[k] * vertex_block(x, i);
+    }
+    return shape_of(side, x, closest, -sign * normal);
+  };
+  const SideShape second = shape(first_size, moving.count, -1.0);
+  if (!second.is_nearest) return false;
+  if (moving.pair.kind != PairKind::kEdgeEdge && second.is_face) return true;
+  return shape(0, first_size, 1.0).is_nearest;
+}
+
+void SelfContact::add_support(const Vector& x, double reach, SurfaceBlocks& blocks) const {
+  constexpr double kFarthest = 10.0;  // times the thickness
+  const double farthest = std::min(reach, kFarthest * barrier_.thickness);
+  const double stiffness = barrier_.stiffness / barrier_.thickness;
+  for (const MovingPair& moving : pairs_of(near_.on_way(x, x, farthest))) {
+    const PairDistance distance = pair_distance(moving.pair.kind, moving.points(x));
+    if (!(distance.squared < farthest * farthest) || !(distance.squared > 0.0)) continue;
+    if (!supports(moving, distance, x)) continue;
+    const Vector3 n = distance.difference.normalized();
+    const Matrix3 block = moving.pair.weight * stiffness * n * n.transpose();
+    const std::span<const Index> own = moving.own();
+    for (int a = 0; a < moving.count; ++a) {
+      const Index i = own[static_cast<std::size_t>(a)];
+      blocks.add(i, distance.weights[a] * distance.weights[a] * block);
+      for (int b = a + 1; b < moving.count; ++b) {
+        blocks.add_pair(i, own[static_cast<std::size_t>(b)],
+                        distance.weights[a] * distance.weights[b] * block);
+      }
+    }
+  }
 }
 
 }  // namespace tetraction

@@ -11,6 +11,7 @@
 
 #include "core/quoting.h"
 #include "core/spelling.h"
+#include "dynamics/contact/touch_share.h"
 #include "simulation/scene/body_obstacles.h"
 #include "tetraction/core/error.h"
 #include "tetraction/dynamics/contact/contact.h"
@@ -118,14 +119,18 @@ void refuse_penetration(const MechanicalSystem& system, const Vector& position, 
   }
   const std::string which = fmt::format("{} {} ({}{})", count, count == 1 ? "vertex" : "vertices",
                                         vertices, count > kNamed ? ", ..." : "");
+  if (deepest == 0.0 && is_body) {
+    throw InputError(
+        fmt::format("{} has {} that touch{} {}: nearer than {:.3g} m, {:.0e} of the thickness of "
+                    "the layer of contact. Contact needs a larger gap. {}",
+                    what, which, count == 1 ? "es" : "", partner,
+                    kTouchShare * contact.thickness(obstacle), kTouchShare, apart));
+  }
   if (deepest == 0.0) {
     throw InputError(fmt::format(
-        "{} has {} exactly on {}. Contact needs a gap{}{}", what, which, partner,
-        is_body ? ". " : ": ",
-        is_body ? apart
-                : fmt::format("begin with the obstacle {:.3g} m away, where contact begins, or a "
-                              "little nearer.",
-                              contact.thickness(obstacle))));
+        "{} has {} exactly on {}. Contact needs a gap: begin with the obstacle {:.3g} m away, "
+        "where contact begins, or a little nearer.",
+        what, which, partner, contact.thickness(obstacle)));
   }
   throw InputError(fmt::format("{} penetrates {}: {}, up to {:.3g} m deep. {}", what, partner,
                                which, deepest, apart));
