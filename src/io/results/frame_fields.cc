@@ -23,7 +23,8 @@ Frame make_frame(const Session& session, const std::vector<std::string>& names) 
     (on_cells ? frame.cell_fields : frame.point_fields)
         .push_back({list[i]->name, std::move(values[i]), list[i]->is_integral});
   }
-  if (const Contact* contact = system.contact(); contact != nullptr && system.part() == nullptr) {
+  const Contact* contact = system.contact();
+  if (contact != nullptr && contact->size() > 0 && system.part() == nullptr) {
     const BodyPlace body = body_place(system.mesh().rest_positions(), session.state().position);
     const ForcePoint at = contact_point(session, session.present_state());
     frame.obstacles = obstacle_surface(*contact, body, at.time, at.load_factor);

@@ -204,8 +204,8 @@ std::string summary_json(const Session& session, const std::string& directory,
   }
   if (system.contact() != nullptr && path == nullptr) {
     json["energy"]["friction_dissipation"] = balance.friction_dissipation();
-    json["obstacles"] = obstacles_json(session);
-  } else if (system.contact() != nullptr) {
+    if (system.contact()->size() > 0) json["obstacles"] = obstacles_json(session);
+  } else if (system.contact() != nullptr && system.contact()->size() > 0) {
     json["obstacles"] = obstacle_forces_json(session);
   }
   if (path == nullptr) {
