@@ -128,7 +128,7 @@ TEST(BoundaryFaces, CloseTheBodyAndPointOutward) {
 // A face of the boundary belongs to one tetrahedron. They come in the order of their sorted vertices, also if a mesh
 // has more tetrahedra than are compared together.
 TEST(BoundaryFaces, AreThoseOfOneTetrahedronInTheOrderOfTheirVertices) {
-  for (const Index cells : {3, 36}) {
+  for (const int cells : {3, 36}) {
     const TetMesh mesh = generate_box({1, 1, 1}, {cells, cells, cells});
     std::map<std::array<Index, 3>, int> counts;
     for (const auto t : mesh.tetrahedra) {
