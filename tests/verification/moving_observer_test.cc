@@ -57,7 +57,7 @@ std::vector<ObserverCase> observer_cases() {
 
 using ObserverParameters = std::tuple<Integrator, ObserverCase>;
 
-class Observer : public testing::TestWithParam<ObserverParameters> {
+class MovingObserver : public testing::TestWithParam<ObserverParameters> {
  protected:
   // A cube that falls onto an obstacle, seen by an observer who moves with −V.
   static Scene scene_seen(const Vector3& velocity, double friction, bool turns) {
@@ -92,7 +92,7 @@ class Observer : public testing::TestWithParam<ObserverParameters> {
 
 // In the frame of the obstacle an error is the integrator's own. A boost by V changes the kinetic energy by V·Δp, and so
 // the work of gravity and of the obstacle has to change by V times their impulses.
-TEST_P(Observer, SeesTheSameEnergyError) {
+TEST_P(MovingObserver, SeesTheSameEnergyError) {
   const Vector3 velocity(0.7, -0.4, 1.1);
   constexpr double kMass = 1000.0 * 0.2 * 0.2 * 0.2;
   const double scale = 0.5 * kMass * (velocity + Vector3(0.4, -1.0, 0.1)).squaredNorm();
@@ -110,7 +110,7 @@ TEST_P(Observer, SeesTheSameEnergyError) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(All, Observer,
+INSTANTIATE_TEST_SUITE_P(All, MovingObserver,
                          testing::Combine(testing::ValuesIn(all_rules()),
                                           testing::ValuesIn(observer_cases())),
                          [](const auto& test) {
