@@ -119,24 +119,21 @@ TEST_P(BodyContactRules, HaveTheSameBitsOnAnyNumberOfThreads) {
 
 INSTANTIATE_TEST_SUITE_P(Rules, BodyContactRules, testing::ValuesIn(all_rules()), name_of_rule);
 
-// The limit of a step is that of the layer where most of the area is: pairs of edges and corners of quadratic faces, which
-// have a small share, are not pressed by all of the motion. A bound for them alone takes 1e-8 s here.
+// The limit of a step is that of the layer where most of the area is: pairs of edges, which have a small share, are not
+// pressed by all of the motion. A bound for them alone takes a millionth of these steps.
 TEST(BodyContact, AutomaticStepsPassAFastImpact) {
-  for (const bool is_quadratic : {false, true}) {
-    Scene scene = colliding_cubes(Integrator::kVerlet, 1e-3, 0.06);
-    scene.time.automatic = true;
-    scene.initial.velocity *= 2.0;  // together half of the speed of waves
-    scene.mesh.copies[0].velocity *= 2.0;
-    const TetMesh linear = mesh_of_bodies(scene);
-    Session session(scene, is_quadratic ? with_edge_vertices(linear) : linear);
-    double gap = present_gap(session);
-    while (session.step() && session.step_number() < 5000) {
-      gap = std::min(gap, present_gap(session));
-    }
-    EXPECT_EQ(session.status(), RunStatus::kFinished) << session.message();
-    EXPECT_LT(gap, 0.5 * session.system().contact()->least_thickness()) << is_quadratic;
-    EXPECT_LT(session.balance().max_relative_energy_drift(), 0.02) << is_quadratic;
+  Scene scene = colliding_cubes(Integrator::kVerlet, 1e-3, 0.1);
+  scene.time.automatic = true;
+  scene.initial.velocity *= 2.0;  // together half of the speed of waves
+  scene.mesh.copies[0].velocity *= 2.0;
+  Session session(scene, mesh_of_bodies(scene));
+  double gap = present_gap(session);
+  while (session.step() && session.step_number() < 2000) {
+    gap = std::min(gap, present_gap(session));
   }
+  EXPECT_EQ(session.status(), RunStatus::kFinished) << session.message();
+  EXPECT_LT(gap, 0.5 * session.system().contact()->least_thickness());
+  EXPECT_LT(session.balance().max_relative_energy_drift(), 0.01);
 }
 
 // All lengths and times are multiplied by the unit.
