@@ -87,17 +87,20 @@ void require_own(const Checkpoint& checkpoint, const RunData& run, const BodyIde
   }
   const Index dofs = system.dof_count();
   const State& state = checkpoint.state;
+  // An obstacle that was taken back has been in this run.
+  const std::size_t obstacles =
+      std::max(checkpoint.settings.obstacles.size(), run.progress.obstacle_forces.size());
   if (state.position.size() != dofs || state.velocity.size() != dofs ||
       state.momentum.size() != dofs || checkpoint.reactions.force.size() != dofs ||
       checkpoint.reactions.delay.size() != dofs ||
       (checkpoint.progress.external_force.size() != 0 &&
        checkpoint.progress.external_force.size() != dofs) ||
-      checkpoint.progress.obstacle_forces.size() != checkpoint.settings.obstacles.size() ||
+      checkpoint.progress.obstacle_forces.size() > obstacles ||
       static_cast<Index>(checkpoint.settings.materials.size()) != system.region_count()) {
     throw InputError(fmt::format(
         "The checkpoint is not complete: a vector or the list of materials has not the size that a "
         "body of {} vertices, {} regions and {} obstacles needs.",
-        system.vertex_count(), system.region_count(), checkpoint.settings.obstacles.size()));
+        system.vertex_count(), system.region_count(), obstacles));
   }
   // Edits add forces, fixes, constraints and obstacles, and remove none: a run never has fewer than its scene.
   const BodyConstraints& constraints = checkpoint.settings.constraints;
@@ -228,6 +231,8 @@ void Session::restore(const Checkpoint& checkpoint) {
   s.run.settings = std::move(own.settings);
   s.shared = shared_distances(s.run.settings.constraints.others);
   s.run.progress = std::move(own.progress);
+  // An obstacle that came after the last step has had no force yet, and one that was taken back has none.
+  s.run.progress.obstacle_forces.resize(s.run.settings.obstacles.size());
   s.run.balance->restore(std::move(own.balance));
   s.run.states.set(own.state);
   s.run.memory = {std::move(stepper), nullptr, nullptr, {}};
