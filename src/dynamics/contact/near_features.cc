@@ -22,12 +22,6 @@ bool contains(const Box& outer, const Box& inner) {
          (inner.upper.array() <= outer.upper.array()).all();
 }
 
-Vector3 mean_of(const Vector& x) {
-  Vector3 sum = Vector3::Zero();
-  for (Index i = 0; i < x.size() / 3; ++i) sum += vertex_block(x, i);
-  return sum / static_cast<double>(std::max<Index>(1, x.size() / 3));
-}
-
 Box box_of(std::span<const Index> vertices, const std::vector<Box>& of_vertices) {
   Box box;
   for (const Index i : vertices) box.add(of_vertices[box_at(i)]);
@@ -82,8 +76,8 @@ bool NearFeatures::may_touch(Index a, Index b) const {
 std::vector<Box> NearFeatures::boxes_of_ways(const Vector& from, const Vector& to) const {
   // The round-off of places far from the origin.
   constexpr double kRoundOff = 4.0 * std::numeric_limits<double>::epsilon();
-  const Vector3 start = mean_of(from);
-  const Vector3 end = mean_of(to);
+  const Vector3 start = mean_of_vertices(from);
+  const Vector3 end = mean_of_vertices(to);
   const Vector3 error = kRoundOff * (start.cwiseAbs() + end.cwiseAbs());
   if (!from.allFinite() || !to.allFinite() || !error.allFinite()) return {};
   std::vector<Box> boxes(surface_.vertices.size());

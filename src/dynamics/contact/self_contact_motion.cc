@@ -2,6 +2,7 @@
 #include <algorithm>
 
 #include "dynamics/contact/pairs/edge_crossing.h"
+#include "dynamics/contact/pairs/surface_loops.h"
 #include "dynamics/contact/pairs/way_clearing.h"
 #include "self_contact.h"
 
@@ -10,9 +11,7 @@ namespace {
 
 // How far a vertex moves at most, without the motion that all have in common.
 double farthest_move(const Vector& d) {
-  Vector3 mean = Vector3::Zero();
-  for (Index i = 0; i < d.size() / 3; ++i) mean += vertex_block(d, i);
-  mean /= static_cast<double>(std::max<Index>(1, d.size() / 3));
+  const Vector3 mean = mean_of_vertices(d);
   double farthest = 0.0;
   for (Index i = 0; i < d.size() / 3; ++i) {
     farthest = std::max(farthest, (vertex_block(d, i) - mean).norm());

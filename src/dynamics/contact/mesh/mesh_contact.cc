@@ -117,35 +117,41 @@ double MeshContact::energy(const Vector& x) const {
   return vertices + energy_of(now.pairs, barrier_, x);
 }
 
+// Adds the area of each vertex i near the mesh times slope(triangles near it, i, point).
+template <class Slope>
+void MeshContact::add_vertex_gradients(const Way& way, const Slope& slope, Vector& gradient) const {
+  parallel_for(static_cast<Index>(way.near.vertices.size()), kPairGrain,
+               [&](Index begin, Index end) {
+                 PointOnMesh point(mesh_, barrier_);
+                 for (Index k = begin; k < end; ++k) {
+                   const Index i = way.near.vertices[slot(k)];
+                   vertex_block(gradient, i) +=
+                       surface_.areas[slot(i)] *
+                       slope(way.near.triangles_of(slot(k)), i, point.with(layer(i)));
+                 }
+               });
+}
+
 void MeshContact::add_gradient(const Vector& x, Vector& gradient) const {
   const Way& now = state(x);
-  parallel_for(
-      static_cast<Index>(now.near.vertices.size()), kPairGrain, [&](Index begin, Index end) {
-        PointOnMesh point(mesh_, barrier_);
-        for (Index k = begin; k < end; ++k) {
-          const Index i = now.near.vertices[slot(k)];
-          vertex_block(gradient, i) +=
-              surface_.areas[slot(i)] *
-              point.with(layer(i)).gradient(now.near.triangles_of(slot(k)), vertex_block(x, i));
-        }
-      });
+  add_vertex_gradients(
+      now,
+      [&](std::span<const Index> triangles, Index i, PointOnMesh& point) {
+        return point.gradient(triangles, vertex_block(x, i));
+      },
+      gradient);
   add_gradient_of(now.pairs, barrier_, x, gradient);
 }
 
 void MeshContact::add_discrete_gradient(const Vector& from, const Vector& to,
                                         Vector& gradient) const {
   const Way& now = way(from, to);
-  parallel_for(
-      static_cast<Index>(now.near.vertices.size()), kPairGrain, [&](Index begin, Index end) {
-        PointOnMesh point(mesh_, barrier_);
-        for (Index k = begin; k < end; ++k) {
-          const Index i = now.near.vertices[slot(k)];
-          vertex_block(gradient, i) +=
-              surface_.areas[slot(i)] *
-              point.with(layer(i)).mean_gradient(now.near.triangles_of(slot(k)),
-                                                 vertex_block(from, i), vertex_block(to, i));
-        }
-      });
+  add_vertex_gradients(
+      now,
+      [&](std::span<const Index> triangles, Index i, PointOnMesh& point) {
+        return point.mean_gradient(triangles, vertex_block(from, i), vertex_block(to, i));
+      },
+      gradient);
   add_mean_gradient_of(now.pairs, barrier_, from, to, gradient);
 }
 

@@ -74,6 +74,8 @@ class MeshContact final : public ObstacleContact {
   std::vector<double> free_parts(const MeshCandidates& near, const Vector& x,
                                  const Vector& d) const;
 
+  template <class Slope>
+  void add_vertex_gradients(const Way& way, const Slope& slope, Vector& gradient) const;
   template <class Hessian>
   void add_vertex_blocks(const Way& way, bool convex, const Hessian& hessian,
                          SurfaceBlocks& blocks) const;

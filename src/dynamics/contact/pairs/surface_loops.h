@@ -68,6 +68,13 @@ inline Box box_of_ways(std::span<const Index> vertices, const Vector& from, cons
   return box;
 }
 
+/// The mean of vectors of all vertices, of which there is one at least.
+inline Vector3 mean_of_vertices(const Vector& x) {
+  Vector3 sum = Vector3::Zero();
+  for (Index i = 0; i < x.size() / 3; ++i) sum += vertex_block(x, i);
+  return sum / static_cast<double>(x.size() / 3);
+}
+
 /// Whether two vectors are equal.
 inline bool same_numbers(const Vector& a, const Vector& b) {
   return a.size() == b.size() && (a.array() == b.array()).all();
